@@ -1,0 +1,263 @@
+//! Delay by a scan of ARX models, their order chosen as well.
+//!
+//! A first-order scan is a sample late on second-order plants, so every delay is tried with orders
+//! `n = na = nb = 1 … 4` and judged by BIC. All candidates share their rows: one QR holds every lag,
+//! and each candidate is a selection of its columns. Source 001, 3.5.4.
+
+use crate::error::{Error, Result};
+use crate::excitation::{check_input_motion, excitation_order};
+use crate::limits::Limits;
+use crate::linalg::{Triangle, residual_norm2};
+use crate::note::{Note, Place};
+use crate::record::Record;
+use crate::regress::{Column, Regression};
+use crate::stats::f_tail;
+
+/// Highest order tried.
+const MOST_ORDER: usize = 4;
+
+/// Pivots below this share add nothing to a candidate.
+const TOLERANCE: f64 = 1e-10;
+
+/// The delays tried and what each of them leaves unexplained.
+#[derive(Clone, Debug)]
+pub struct DelayScan {
+    /// Chosen delay, samples.
+    pub nk: usize,
+    /// Chosen order, `na = nb`.
+    pub order: usize,
+    /// Delays tried.
+    pub candidates: Vec<usize>,
+    /// Loss of each delay at its best order, squared units of y.
+    pub loss: Vec<f64>,
+    /// Order at which each delay does best.
+    pub orders: Vec<usize>,
+    /// The next best delay.
+    pub runner_up: usize,
+    /// Rows used.
+    pub N: usize,
+    /// Doubts.
+    pub notes: Vec<Note>,
+}
+
+/// Scans delays `low ..= high` from `input` to the record's only output.
+pub fn delay_scan(
+    rec: &Record,
+    input: usize,
+    (low, high): (usize, usize),
+    limits: &Limits,
+) -> Result<DelayScan> {
+    check(rec, input, low, high, limits)?;
+    check_input_motion(rec, limits)?;
+    let supported = excitation_order(rec, input, 2 * MOST_ORDER, limits.X02);
+    let most = (supported / 2).clamp(1, MOST_ORDER);
+    let scan = Scan::new(rec, input, low, high, most)?;
+    let mut best: Vec<Candidate> = (low..=high).map(|nk| scan.best_order(nk)).collect();
+    let candidates: Vec<usize> = best.iter().map(|c| c.nk).collect();
+    let loss = best.iter().map(|c| scan.loss(c.rss)).collect();
+    let orders = best.iter().map(|c| c.order).collect();
+    best.sort_by(|a, b| a.bic.total_cmp(&b.bic));
+    let (winner, runner_up) = (best[0], best[1.min(best.len() - 1)]);
+    scan.check_relation(&winner, candidates.len() * most, limits)?;
+    let notes = notes(&scan, &winner, &runner_up, limits);
+    Ok(DelayScan {
+        nk: winner.nk,
+        order: winner.order,
+        candidates,
+        loss,
+        orders,
+        runner_up: runner_up.nk,
+        N: scan.N,
+        notes,
+    })
+}
+
+fn check(rec: &Record, input: usize, low: usize, high: usize, limits: &Limits) -> Result<()> {
+    if input >= rec.nu {
+        return Err(Error::argument("input", input, &format!("below the number of inputs, {}", rec.nu)));
+    }
+    if rec.ny != 1 {
+        return Err(Error::argument(
+            "rec",
+            format!("a record with {} outputs", rec.ny),
+            "one with a single output",
+        ));
+    }
+    if high < low {
+        return Err(Error::argument("nk", format!("({low}, {high})"), "an ascending pair of samples"));
+    }
+    let most = limits.X05 * rec.N() as f64;
+    if high as f64 >= most {
+        return Err(Error::new(
+            "X05",
+            format!("delays up to {high} samples are asked of a record of {} rows", rec.N()),
+        )
+        .at(Place::column(rec.input_name(input)))
+        .measured(high as f64, most)
+        .remedy(format!("scan up to {} or record longer", (most.ceil() as usize).saturating_sub(1))));
+    }
+    Ok(())
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    nk: usize,
+    order: usize,
+    rss: f64,
+    bic: f64,
+}
+
+/// One triangle with the columns `[y(t-1) … y(t-n), 1, u(t-low) … u(t-high-n+1), y]`.
+struct Scan<'r, 'a> {
+    rec: &'r Record<'a>,
+    input: usize,
+    low: usize,
+    most: usize,
+    triangle: Triangle,
+    N: usize,
+    factor: f64,
+    /// Losses below this are rounding.
+    floor: f64,
+}
+
+impl<'r, 'a> Scan<'r, 'a> {
+    fn new(rec: &'r Record<'a>, input: usize, low: usize, high: usize, most: usize) -> Result<Self> {
+        let columns: Vec<Column> = (1..=most)
+            .map(Column::MinusOutput)
+            .chain([Column::One])
+            .chain((low..high + most).map(|lag| Column::Input(input, lag)))
+            .collect();
+        let regression = Regression::new(rec, 0, columns);
+        let (N, needed) = (regression.N(), 2 * most + 2);
+        if N <= needed {
+            return Err(Error::new("X03", format!("{N} usable rows for a scan of delays up to {high}"))
+                .count(N)
+                .measured(N as f64, needed as f64 + 1.0)
+                .remedy("scan fewer delays or record longer"));
+        }
+        let triangle = regression.triangle();
+        let rhs = triangle.n() - 1;
+        let scan_one = residual_norm2(&triangle, &[most], rhs, TOLERANCE);
+        Ok(Scan {
+            rec,
+            input,
+            low,
+            most,
+            triangle,
+            N,
+            factor: regression.y.factor,
+            floor: 1e-24 * scan_one / N as f64,
+        })
+    }
+
+    fn columns(&self, nk: usize, order: usize) -> Vec<usize> {
+        let first = self.most + 1 + nk - self.low;
+        (0..order).chain([self.most]).chain(first..first + order).collect()
+    }
+
+    fn best_order(&self, nk: usize) -> Candidate {
+        (1..=self.most)
+            .map(|order| {
+                let rss = self.rss(&self.columns(nk, order));
+                let bic = self.N as f64 * (rss / self.N as f64).max(self.floor).max(f64::MIN_POSITIVE).ln()
+                    + 2.0 * order as f64 * (self.N as f64).ln();
+                Candidate { nk, order, rss, bic }
+            })
+            .min_by(|a, b| a.bic.total_cmp(&b.bic))
+            .unwrap_or(Candidate { nk, order: 1, rss: f64::INFINITY, bic: f64::INFINITY })
+    }
+
+    fn rss(&self, columns: &[usize]) -> f64 {
+        residual_norm2(&self.triangle, columns, self.triangle.n() - 1, TOLERANCE)
+    }
+
+    fn loss(&self, rss: f64) -> f64 {
+        rss / self.N as f64 / self.factor.powi(2)
+    }
+
+    /// Refuses a delay that explains no more than the best of as many random inputs would.
+    fn check_relation(&self, winner: &Candidate, tried: usize, limits: &Limits) -> Result<()> {
+        let own: Vec<usize> = (0..winner.order).chain([self.most]).collect();
+        let without = self.rss(&own);
+        let freedom = (self.N - 2 * winner.order - 1) as f64;
+        let b = winner.order as f64;
+        let F = (without - winner.rss) / b / (winner.rss / freedom).max(f64::MIN_POSITIVE);
+        let p = (tried as f64 * f_tail(F, b, freedom)).min(1.0);
+        if p <= limits.X04 {
+            return Ok(());
+        }
+        let name = self.rec.input_name(self.input);
+        Err(match self.correlated_beyond() {
+            Some(lag) => {
+                Error::new("X05", format!("y follows {name} only after about {lag} of {} rows", self.rec.N()))
+                    .measured(lag as f64, limits.X05 * self.rec.N() as f64)
+                    .remedy("record at least three times as long as the delay")
+            }
+            None => Error::new(
+                "X04",
+                format!(
+                    "no relation: no delay between {} and {} lets {name} explain y",
+                    self.low,
+                    self.low + self.triangle.n() - self.most - 3
+                ),
+            )
+            .measured(p, limits.X04)
+            .remedy("check that these two columns belong together; record with larger steps of the input"),
+        }
+        .at(Place::column(name))
+        .count(self.N))
+    }
+
+    /// A lag beyond those scanned at which y clearly follows u, if there is one.
+    fn correlated_beyond(&self) -> Option<usize> {
+        let (rec, N) = (self.rec, self.rec.N());
+        let centred = |x: Vec<f64>| {
+            let mean = x.iter().sum::<f64>() / x.len() as f64;
+            x.into_iter().map(|v| v - mean).collect::<Vec<f64>>()
+        };
+        let u = centred((0..N).map(|k| rec.u_at(k, self.input)).collect());
+        let y = centred((0..N).map(|k| rec.y_at(k, 0)).collect());
+        let strength = |lag: usize| {
+            let (u, y) = (&u[..N - lag], &y[lag..]);
+            let dot = |a: &[f64], b: &[f64]| crate::linalg::dot(a, b);
+            let size = (dot(u, u) * dot(y, y)).sqrt();
+            if size > 0.0 { (dot(u, y) / size).abs() * (u.len() as f64).sqrt() } else { 0.0 }
+        };
+        let (lag, most) =
+            (self.low + 1..N - N / 10).map(|lag| (lag, strength(lag))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (most > 4.5).then_some(lag)
+    }
+}
+
+fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, limits: &Limits) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let high = scan.low + scan.triangle.n() - scan.most * 2 - 2;
+    let at_end = winner.nk == high || (winner.nk == scan.low && scan.low > 0);
+    if at_end && high > scan.low {
+        notes.push(
+            Note::warning(
+                "X05",
+                format!("the best delay, {} samples, lies at the end of the range scanned", winner.nk),
+            )
+            .at(Place::column(scan.rec.input_name(scan.input)))
+            .measured(winner.nk as f64, high as f64)
+            .remedy("scan a wider range: nk=(low, high)"),
+        );
+    }
+    let apart = (runner_up.rss - winner.rss) / winner.rss.max(f64::MIN_POSITIVE);
+    if winner.nk != runner_up.nk
+        && scan.loss(winner.rss) > scan.floor / scan.factor.powi(2)
+        && apart.abs() < limits.X06
+    {
+        notes.push(
+            Note::warning(
+                "X06",
+                format!("delays {} and {} explain y about equally well", winner.nk, runner_up.nk),
+            )
+            .at(Place::column(scan.rec.input_name(scan.input)))
+            .measured(apart.abs(), limits.X06)
+            .remedy("keep both, or record with faster changes of the input"),
+        );
+    }
+    notes
+}

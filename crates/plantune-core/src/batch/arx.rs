@@ -1,0 +1,246 @@
+//! ARX, `A(q) y(t) = sum_i B_i(q) u_i(t - nk_i) + d + e(t)`, by least squares.
+//!
+//! The regressor `[-y(t-1) … -y(t-na), u_i(t-nk_i) … u_i(t-nk_i-nb_i+1), 1]` is streamed through a QR
+//! and never held. With the column of ones the data are centred on their first row, so an offset of
+//! any size costs no digits; it comes back as `O = y(0) - G(1) u(0) + d/A(1)` in `y = G u + O`.
+//!
+//! Source 000, (2.1-1) and (2.2-3) to (2.2-5).
+
+use super::fit::{Fit, Status};
+use super::least_squares::{expected_digits, too_short};
+use crate::error::{Error, Result};
+use crate::excitation::{check_input_motion, excitation_order};
+use crate::limits::Limits;
+use crate::linalg::{RankDeficient, Solution, solve};
+use crate::model::{Model, PolyModel};
+use crate::note::{Note, Place};
+use crate::poly::at_one;
+use crate::record::Record;
+use crate::regress::{Column, Regression};
+
+/// Orders of an ARX model; `nb` and `nk` one per input.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArxOrders {
+    /// Number of a coefficients.
+    pub na: usize,
+    /// Numbers of b coefficients.
+    pub nb: Vec<usize>,
+    /// Delays in samples.
+    pub nk: Vec<usize>,
+}
+
+/// Fits the orders to the record's only output.
+pub fn arx(rec: &Record, orders: &ArxOrders, offset: bool, limits: &Limits) -> Result<Fit> {
+    check(rec, orders, limits)?;
+    check_input_motion(rec, limits)?;
+    let columns = columns(orders, offset);
+    let n = columns.len() - usize::from(offset);
+    let regression = Regression::new(rec, 0, columns);
+    let N = regression.N();
+    let all = n + usize::from(offset);
+    if N <= all {
+        return Err(too_short(N, all));
+    }
+    let triangle = regression.triangle();
+    let every: Vec<usize> = (0..all).collect();
+    let solution =
+        solve(&triangle, &every, all, limits.X08).map_err(|e| not_exciting(rec, orders, &e, limits))?;
+    let digits = expected_digits(&triangle, &solution, &solution.theta, solution.rss);
+
+    let mut fit = unscaled(&regression, orders, offset, &solution, N, rec.Ts);
+    fit.names = names(rec, orders);
+    fit.expected_digits = digits[..n].to_vec();
+    fit.x0 = rec.segments().map(|_| Vec::new()).collect();
+    fit.notes = notes(&fit, limits);
+    Ok(fit)
+}
+
+fn check(rec: &Record, orders: &ArxOrders, limits: &Limits) -> Result<()> {
+    if rec.ny != 1 {
+        return Err(Error::argument(
+            "rec",
+            format!("a record with {} outputs", rec.ny),
+            "one with a single output",
+        ));
+    }
+    for (name, given) in [("nb", &orders.nb), ("nk", &orders.nk)] {
+        if given.len() != rec.nu {
+            return Err(Error::argument(
+                name,
+                format!("{given:?}"),
+                &format!("a number or a list of {}, one per input", rec.nu),
+            ));
+        }
+    }
+    if orders.nb.contains(&0) {
+        return Err(Error::argument("nb", format!("{:?}", orders.nb), "at least 1"));
+    }
+    for (i, &nk) in orders.nk.iter().enumerate() {
+        let share = nk as f64 / rec.N() as f64;
+        if share >= limits.X05 {
+            return Err(Error::new(
+                "X05",
+                format!("nk = {nk} is {:.0} % of a record of {} rows", 100.0 * share, rec.N()),
+            )
+            .at(Place::column(rec.input_name(i)))
+            .measured(nk as f64, limits.X05 * rec.N() as f64)
+            .remedy("record at least three times as long as the delay"));
+        }
+    }
+    Ok(())
+}
+
+fn columns(orders: &ArxOrders, offset: bool) -> Vec<Column> {
+    let outputs = (1..=orders.na).map(Column::MinusOutput);
+    let inputs = orders.nb.iter().zip(&orders.nk).enumerate();
+    let inputs = inputs.flat_map(|(i, (&nb, &nk))| (nk..nk + nb).map(move |lag| Column::Input(i, lag)));
+    outputs.chain(inputs).chain(offset.then_some(Column::One)).collect()
+}
+
+/// Back to the record's units; the covariance of the offset by the delta rule.
+fn unscaled(
+    regression: &Regression,
+    orders: &ArxOrders,
+    offset: bool,
+    solution: &Solution,
+    N: usize,
+    Ts: f64,
+) -> Fit {
+    let all = solution.theta.len();
+    let n = all - usize::from(offset);
+    let mut unit = vec![1.0; all];
+    let mut next = orders.na;
+    for (i, &nb) in orders.nb.iter().enumerate() {
+        unit[next..next + nb].fill(regression.u[i].factor / regression.y.factor);
+        next += nb;
+    }
+    if offset {
+        unit[n] = 1.0 / regression.y.factor;
+    }
+    let scaled: Vec<f64> = solution.theta.iter().zip(&unit).map(|(t, s)| t * s).collect();
+    let (theta, d) = (scaled[..n].to_vec(), scaled.get(n).copied().unwrap_or(0.0));
+    let rss = solution.rss / regression.y.factor.powi(2);
+    let s2 = rss / (N - all) as f64;
+    let covariance: Vec<f64> = (0..all * all)
+        .map(|ij| {
+            let (i, j) = (ij / all, ij % all);
+            // In scaled units the noise is s^2 factor_y^2.
+            s2 * regression.y.factor.powi(2) * solution.inverse_gram[ij] * unit[i] * unit[j]
+        })
+        .collect();
+
+    let model = model(orders, &theta, Ts);
+    let (O, gradient) = offset_of(&model, orders, regression, d);
+    let P = if offset { with_offset(&covariance, &gradient, all) } else { covariance };
+    Fit {
+        model: Model::Poly(model),
+        theta,
+        P,
+        names: Vec::new(),
+        offset: if offset { O } else { 0.0 },
+        x0: Vec::new(),
+        N,
+        loss: rss / N as f64,
+        status: Status::Exact,
+        expected_digits: Vec::new(),
+        notes: Vec::new(),
+    }
+}
+
+fn model(orders: &ArxOrders, theta: &[f64], Ts: f64) -> PolyModel {
+    let A = [&[1.0], &theta[..orders.na]].concat();
+    let mut rest = &theta[orders.na..];
+    let mut B = Vec::new();
+    for &nb in &orders.nb {
+        let (own, others) = rest.split_at(nb);
+        B.push(own.to_vec());
+        rest = others;
+    }
+    PolyModel::arx(A, B, orders.nk.clone(), Ts)
+}
+
+/// `O` of `y = G u + O` and its gradient with respect to `a, b, d`; for an integrator the drift.
+fn offset_of(model: &PolyModel, orders: &ArxOrders, regression: &Regression, d: f64) -> (f64, Vec<f64>) {
+    let A1 = at_one(&model.A);
+    let u0: Vec<f64> = regression.u.iter().map(|s| s.zero).collect();
+    let y0 = regression.y.zero;
+    let rest: f64 = d - model.B.iter().zip(&u0).map(|(b, u)| at_one(b) * u).sum::<f64>();
+    let size: f64 = model.A.iter().map(|a| a.abs()).sum();
+    let divisor = if A1.abs() > 1e-10 * size { A1 } else { f64::INFINITY };
+    let integrating = divisor.is_infinite();
+    let b_and_d = if integrating { 1.0 } else { 1.0 / A1 };
+    let mut gradient = vec![-rest / (divisor * divisor); orders.na];
+    for (b, u) in model.B.iter().zip(&u0) {
+        gradient.extend(b.iter().map(|_| -u * b_and_d));
+    }
+    gradient.push(b_and_d);
+    let O = if integrating { A1 * y0 + rest } else { y0 + rest / A1 };
+    (O, gradient)
+}
+
+/// Covariance of `theta, O` from that of `theta, d`.
+fn with_offset(covariance: &[f64], gradient: &[f64], all: usize) -> Vec<f64> {
+    let n = all - 1;
+    let to_offset: Vec<f64> =
+        (0..all).map(|i| (0..all).map(|j| covariance[i * all + j] * gradient[j]).sum()).collect();
+    let mut P = covariance.to_vec();
+    for i in 0..n {
+        P[i * all + n] = to_offset[i];
+        P[n * all + i] = to_offset[i];
+    }
+    P[n * all + n] = gradient.iter().zip(&to_offset).map(|(g, c)| g * c).sum();
+    P
+}
+
+/// `a1 … b1 …`, with the input behind a b when there are several: `b1[power]`.
+fn names(rec: &Record, orders: &ArxOrders) -> Vec<String> {
+    let a = (1..=orders.na).map(|k| format!("a{k}"));
+    let b = orders.nb.iter().enumerate().flat_map(|(i, &nb)| {
+        (1..=nb).map(
+            move |k| {
+                if rec.nu == 1 { format!("b{k}") } else { format!("b{k}[{}]", rec.input_name(i)) }
+            },
+        )
+    });
+    a.chain(b).collect()
+}
+
+/// Why the regressor has not full rank: too few input frequencies (X02), inputs that copy each other
+/// (X11), or an input that feeds back the output (X08).
+fn not_exciting(rec: &Record, orders: &ArxOrders, refusal: &RankDeficient, limits: &Limits) -> Error {
+    let order = excitation_order(rec, 0, 2 * (orders.na + orders.nb[0]), limits.X02);
+    let wanted = orders.na + orders.nb[0];
+    let error = if rec.nu == 1 && order < wanted {
+        Error::new("X02", format!("u supports {order} parameters of a linear model, {wanted} were asked for"))
+            .remedy(format!("ask for na + nb <= {order}, or record with a PRBS or several steps"))
+    } else {
+        let text = "the regressor has not full rank: an exact model of lower order, an input that copies another, or plain feedback";
+        Error::new("X08", text)
+            .remedy("ask for lower orders; with feedback move the set point or add a dither to u")
+    };
+    error
+        .at(Place::column(rec.input_name(0)))
+        .count(refusal.dependent.len())
+        .measured(refusal.ratio, limits.X08)
+}
+
+fn notes(fit: &Fit, limits: &Limits) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let per_parameter = fit.N as f64 / fit.theta.len() as f64;
+    if per_parameter < limits.X03 {
+        notes.push(
+            Note::warning(
+                "X03",
+                format!("{} rows for {} parameters: intervals are rough", fit.N, fit.theta.len()),
+            )
+            .count(fit.N)
+            .measured(per_parameter, limits.X03)
+            .remedy("record longer or ask for lower orders"),
+        );
+    }
+    let scale = fit.theta.iter().fold(0.0f64, |m, t| m.max(t.abs()));
+    if fit.loss == 0.0 || scale == 0.0 {
+        notes.push(Note::warning("N08", "the residual is zero: variances and criteria say nothing"));
+    }
+    notes
+}

@@ -1,0 +1,67 @@
+//! What every batch estimator returns, and the criteria computed from its loss.
+
+use crate::model::Model;
+use crate::note::Note;
+
+/// How an iteration ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// No iteration was needed.
+    Exact,
+    /// The gradient test passed.
+    Converged,
+    /// Stopped before the gradient test passed.
+    NotConverged,
+}
+
+impl Status {
+    /// The word used in Python and in JSON.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Status::Exact => "exact",
+            Status::Converged => "converged",
+            Status::NotConverged => "not converged",
+        }
+    }
+}
+
+/// A fitted model with its uncertainty.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The model.
+    pub model: Model,
+    /// Parameters.
+    pub theta: Vec<f64>, // (n)
+    /// Covariance of theta, then of the offset if it was estimated; row-major.
+    pub P: Vec<f64>, // (m, m)
+    /// One name per parameter.
+    pub names: Vec<String>,
+    /// `O` in `y = G u + O`; for integrating models the drift per sample.
+    pub offset: f64,
+    /// Initial state of each segment at its first row with history.
+    pub x0: Vec<Vec<f64>>,
+    /// Rows used.
+    pub N: usize,
+    /// Mean squared one-step prediction error.
+    pub loss: f64,
+    /// How the estimation ended.
+    pub status: Status,
+    /// Decimal digits of each parameter that rounding leaves.
+    pub expected_digits: Vec<f64>, // (n)
+    /// Doubts.
+    pub notes: Vec<Note>,
+}
+
+/// `FPE, AIC, BIC` of a loss `V` over `N` rows with `d` parameters:
+/// `V (1 + d/N)/(1 - d/N)`, `N ln V + 2 d`, `N ln V + d ln N`.
+pub fn criteria(V: f64, N: usize, d: usize) -> (f64, f64, f64) {
+    let (rows, d) = (N as f64, d as f64);
+    let log_likelihood = rows * V.max(f64::MIN_POSITIVE).ln();
+    (V * (1.0 + d / rows) / (1.0 - d / rows), log_likelihood + 2.0 * d, log_likelihood + d * rows.ln())
+}
+
+/// Square roots of the first `n` diagonal entries of the square, row-major `P`.
+pub fn standard_deviations(P: &[f64], n: usize) -> Vec<f64> {
+    let size = P.len().isqrt();
+    (0..n).map(|i| P[i * size + i].sqrt()).collect()
+}

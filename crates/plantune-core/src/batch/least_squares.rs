@@ -1,0 +1,244 @@
+//! Batch least squares `min |y - Phi theta|^2` on exactly the columns given.
+//!
+//! QR of the regressor, never the normal equations: column-scaled, column-pivoted, with a
+//! stated rank tolerance. Where the condition asks for it, the solution is refined on the
+//! augmented system with residuals in double-double (Björck 1967):
+//!
+//! ```text
+//! f = y - r - Phi theta,  g = -Phi' r        (exact sums)
+//! d = Q' f - R^-T g ...   dtheta = R^-1 d,   dr = f - Phi dtheta
+//! ```
+//!
+//! Source 000, (2.2-3) to (2.2-5).
+
+use crate::error::{Error, Result};
+use crate::linalg::{RankDeficient, Solution, Triangle, solve};
+
+/// Pivots below this share of the largest mean rank deficiency.
+pub const RANK_TOLERANCE: f64 = 1e-14;
+
+/// Parameters with their covariance.
+#[derive(Clone, Debug)]
+pub struct LinearFit {
+    /// Parameters.
+    pub theta: Vec<f64>, // (n)
+    /// Covariance, `s^2 (Phi' Phi)^-1` with `s^2 = RSS / (N - n)`; row-major.
+    pub P: Vec<f64>, // (n, n)
+    /// Rows.
+    pub N: usize,
+    /// `RSS / N`.
+    pub loss: f64,
+    /// Decimal digits of each parameter that rounding leaves.
+    pub expected_digits: Vec<f64>, // (n)
+}
+
+/// Solves for the columns of the row-major `phi (N, n)`.
+pub fn least_squares(phi: &[f64], n: usize, y: &[f64]) -> Result<LinearFit> {
+    check(phi, n, y)?;
+    let N = y.len();
+    let scaled = Scaled::new(phi, n, y);
+    let triangle = scaled.triangle(y);
+    let columns: Vec<usize> = (0..n).collect();
+    let solution = solve(&triangle, &columns, n, RANK_TOLERANCE).map_err(|e| dependent(&e))?;
+    let theta = scaled.refine(&solution, &triangle, y);
+    let rss: f64 = scaled.residuals(&theta, y).iter().map(|r| r * r).sum();
+    let s2 = if N > n { rss / (N - n) as f64 } else { f64::NAN };
+    let digits = expected_digits(&triangle, &solution, &theta, rss);
+    let factor = |j: usize| scaled.factor[j];
+    Ok(LinearFit {
+        P: (0..n * n).map(|ij| s2 * solution.inverse_gram[ij] * factor(ij / n) * factor(ij % n)).collect(),
+        theta: theta.iter().enumerate().map(|(j, t)| t * factor(j)).collect(),
+        N,
+        loss: rss / N as f64,
+        expected_digits: digits,
+    })
+}
+
+fn check(phi: &[f64], n: usize, y: &[f64]) -> Result<()> {
+    if n == 0 || phi.len() != n * y.len() {
+        return Err(Error::new(
+            "D09",
+            format!("phi has {} values, y has {} rows and theta {n} entries", phi.len(), y.len()),
+        )
+        .remedy("give phi one row per value of y"));
+    }
+    if !phi.iter().chain(y).all(|x| x.is_finite()) {
+        let row = y.iter().position(|x| !x.is_finite());
+        let row = row.or(phi.iter().position(|x| !x.is_finite()).map(|k| k / n));
+        return Err(Error::new("D07", "phi or y holds a number that is not finite")
+            .at(crate::note::Place { column: "phi, y".into(), row, time: None })
+            .remedy("remove that row"));
+    }
+    if y.len() < n {
+        return Err(too_short(y.len(), n));
+    }
+    Ok(())
+}
+
+/// X03: fewer rows than parameters.
+pub(super) fn too_short(rows: usize, parameters: usize) -> Error {
+    Error::new("X03", format!("{rows} usable rows for {parameters} parameters"))
+        .count(rows)
+        .measured(rows as f64, parameters as f64 + 1.0)
+        .remedy("record longer or ask for lower orders")
+}
+
+fn dependent(refusal: &RankDeficient) -> Error {
+    Error::new(
+        "X02",
+        format!("column {} of phi depends on the others: rank {}", refusal.dependent[0], refusal.rank),
+    )
+    .count(refusal.dependent.len())
+    .measured(refusal.ratio, RANK_TOLERANCE)
+    .remedy("leave that column out or excite it")
+}
+
+/// Digits that rounding leaves, from a componentwise bound on `R theta = Q' y`:
+/// `|dtheta| <= eps (|R^-1| |R| |theta| + |(R'R)^-1| |R|' |r|)`.
+pub fn expected_digits(triangle: &Triangle, solution: &Solution, theta: &[f64], rss: f64) -> Vec<f64> {
+    let n = theta.len();
+    let eps = f64::EPSILON;
+    (0..n)
+        .map(|i| {
+            let gram = |j: usize| solution.inverse_gram[i * n + j].abs();
+            let own = solution.inverse_gram[i * n + i].sqrt();
+            let length: f64 = (0..n)
+                .map(|j| theta[j].abs() * (0..=j).map(|k| triangle.at(k, j).powi(2)).sum::<f64>().sqrt())
+                .sum::<f64>();
+            let residual: f64 = (0..n)
+                .map(|j| gram(j) * (0..=j).map(|k| triangle.at(k, j).powi(2)).sum::<f64>().sqrt())
+                .sum::<f64>()
+                * rss.sqrt();
+            let error = eps * (own * length + residual);
+            let digits = -(error / theta[i].abs().max(f64::MIN_POSITIVE)).log10();
+            digits.clamp(0.0, 15.9)
+        })
+        .collect()
+}
+
+/// The problem with power-of-two column scales, so that scaling adds no rounding.
+struct Scaled<'a> {
+    phi: &'a [f64],
+    n: usize,
+    factor: Vec<f64>,
+}
+
+impl<'a> Scaled<'a> {
+    fn new(phi: &'a [f64], n: usize, y: &[f64]) -> Self {
+        let factor = (0..n)
+            .map(|j| {
+                let largest = phi.iter().skip(j).step_by(n).fold(0.0f64, |m, x| m.max(x.abs()));
+                if largest > 0.0 {
+                    2f64.powi(-(largest.log2().ceil() as i32).clamp(-1000, 1000))
+                } else {
+                    1.0
+                }
+            })
+            .collect();
+        debug_assert_eq!(phi.len(), n * y.len());
+        Scaled { phi, n, factor }
+    }
+
+    fn row(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
+        self.phi[k * self.n..][..self.n].iter().zip(&self.factor).map(|(x, f)| x * f)
+    }
+
+    fn triangle(&self, y: &[f64]) -> Triangle {
+        let rows: Vec<f64> = Vec::with_capacity(self.n + 1);
+        let mut row = rows;
+        let mut triangle = Triangle::new(self.n + 1);
+        let mut block = crate::linalg::Block::new(self.n + 1);
+        for (k, y) in y.iter().enumerate() {
+            row.clear();
+            row.extend(self.row(k));
+            row.push(*y);
+            block.push(&row);
+            if block.free() == 0 {
+                triangle.absorb(&mut block);
+            }
+        }
+        triangle.absorb(&mut block);
+        triangle
+    }
+
+    /// `y - Phi theta`, each sum exact to a rounding.
+    fn residuals(&self, theta: &[f64], y: &[f64]) -> Vec<f64> {
+        y.iter().enumerate().map(|(k, &y)| self.residual(k, theta, y, 0.0)).collect()
+    }
+
+    /// `y - r - Phi theta` of one row in double-double.
+    fn residual(&self, k: usize, theta: &[f64], y: f64, r: f64) -> f64 {
+        let mut sum = DoubleDouble(y, 0.0);
+        sum.add(-r);
+        self.row(k).zip(theta).for_each(|(x, t)| sum.add_product(-x, *t));
+        sum.0 + sum.1
+    }
+
+    /// Björck's refinement; stops when a step no longer halves the correction.
+    fn refine(&self, solution: &Solution, triangle: &Triangle, y: &[f64]) -> Vec<f64> {
+        let n = self.n;
+        let mut theta = solution.theta.clone();
+        if solution.ratio > 1e-4 {
+            return theta;
+        }
+        let columns: Vec<usize> = (0..n).collect();
+        let mut r = self.residuals(&theta, y);
+        let mut last = f64::INFINITY;
+        for _ in 0..10 {
+            let f: Vec<f64> = y.iter().enumerate().map(|(k, &y)| self.residual(k, &theta, y, r[k])).collect();
+            let g = self.minus_gradient(&r);
+            // min |f - Phi d|  plus  (Phi'Phi)^-1 (-g): the two parts of the augmented solution.
+            let Ok(step) = solve(&self.triangle(&f), &columns, n, RANK_TOLERANCE) else { break };
+            let d: Vec<f64> = (0..n)
+                .map(|i| step.theta[i] - (0..n).map(|j| solution.inverse_gram[i * n + j] * g[j]).sum::<f64>())
+                .collect();
+            let size = d
+                .iter()
+                .zip(&theta)
+                .fold(0.0f64, |m, (d, t)| m.max((d / t.abs().max(f64::MIN_POSITIVE)).abs()));
+            if !(size < 0.5 * last) {
+                break;
+            }
+            last = size;
+            for (k, r) in r.iter_mut().enumerate() {
+                *r += f[k] - self.row(k).zip(&d).map(|(x, d)| x * d).sum::<f64>();
+            }
+            theta.iter_mut().zip(&d).for_each(|(t, d)| *t += d);
+            if size < f64::EPSILON {
+                break;
+            }
+        }
+        debug_assert_eq!(triangle.n(), n + 1);
+        theta
+    }
+
+    /// `g = -Phi' r` in double-double.
+    fn minus_gradient(&self, r: &[f64]) -> Vec<f64> {
+        let mut sums = vec![DoubleDouble(0.0, 0.0); self.n];
+        for (k, r) in r.iter().enumerate() {
+            for (sum, x) in sums.iter_mut().zip(self.row(k)) {
+                sum.add_product(-x, *r);
+            }
+        }
+        sums.iter().map(|s| s.0 + s.1).collect()
+    }
+}
+
+/// An unevaluated sum of two doubles (Dekker 1971; Knuth's two-sum).
+#[derive(Clone, Copy)]
+struct DoubleDouble(f64, f64);
+
+impl DoubleDouble {
+    fn add(&mut self, x: f64) {
+        let sum = self.0 + x;
+        let rounded = sum - self.0;
+        self.1 += (self.0 - (sum - rounded)) + (x - rounded);
+        self.0 = sum;
+    }
+
+    fn add_product(&mut self, x: f64, y: f64) {
+        let product = x * y;
+        self.add(product);
+        self.1 += x.mul_add(y, -product);
+    }
+}

@@ -1,0 +1,11 @@
+//! Batch estimators: one method per file.
+
+mod arx;
+mod fit;
+mod least_squares;
+mod process;
+
+pub use arx::{ArxOrders, arx};
+pub use fit::{Fit, Status, criteria, standard_deviations};
+pub use least_squares::{LinearFit, least_squares};
+pub use process::{ProcessOptions, p1d};

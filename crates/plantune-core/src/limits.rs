@@ -1,0 +1,65 @@
+//! The stored thresholds behind every warning and refusal, one field per code of the catalogue.
+
+/// Thresholds. A changed one leaves a note in every result it was used for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits {
+    /// Largest share of rows that may be missing under a gap policy.
+    pub D07: f64,
+    /// Largest finite magnitude; squares of larger numbers overflow.
+    pub D08: f64,
+    /// Largest deviation of a time step from the median step, as a share of it.
+    pub D15: f64,
+    /// Least input travel, relative to the input's largest magnitude after centring on its first value.
+    pub X01: f64,
+    /// Least ratio of singular values of the centred, column-scaled input Hankel matrix.
+    pub X02: f64,
+    /// Rows per parameter below which intervals are doubtful.
+    pub X03: f64,
+    /// Largest p-value at which a model counts as related to the data.
+    pub X04: f64,
+    /// Largest delay as a share of the record.
+    pub X05: f64,
+    /// Least relative loss difference between the best two delays.
+    pub X06: f64,
+    /// Least ratio of singular values of the column-scaled regressor of a record.
+    pub X08: f64,
+    /// Least simulation fit on fresh data, in percent, for a verdict to pass.
+    pub V01: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits {
+            D07: 0.2,
+            D08: 1e150,
+            D15: 0.01,
+            X01: 1e-8,
+            X02: 1e-5,
+            X03: 10.0,
+            X04: 0.01,
+            X05: 1.0 / 3.0,
+            X06: 0.01,
+            X08: 1e-10,
+            V01: 50.0,
+        }
+    }
+}
+
+impl Limits {
+    /// Every threshold by its code, in the order of the catalogue.
+    pub fn items(&self) -> [(&'static str, f64); 11] {
+        [
+            ("D07", self.D07),
+            ("D08", self.D08),
+            ("D15", self.D15),
+            ("X01", self.X01),
+            ("X02", self.X02),
+            ("X03", self.X03),
+            ("X04", self.X04),
+            ("X05", self.X05),
+            ("X06", self.X06),
+            ("X08", self.X08),
+            ("V01", self.V01),
+        ]
+    }
+}

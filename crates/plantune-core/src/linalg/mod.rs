@@ -1,0 +1,17 @@
+//! The only door to matrices: streaming QR, rank-revealing solution, eigenvalues, draws.
+
+mod draws;
+mod eigen;
+mod kernel;
+mod qr;
+mod segmented;
+mod solve;
+
+pub use draws::normal_draws;
+pub use eigen::{eigenvalues, symmetric_eigenvalues};
+pub use kernel::dot;
+pub use qr::{BLOCK, Block, Triangle};
+pub use segmented::Segmented;
+pub use solve::{RankDeficient, Solution, residual_norm2, solve};
+
+pub use nalgebra::Complex;

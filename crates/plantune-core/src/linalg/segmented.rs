@@ -1,0 +1,64 @@
+//! Least squares with shared columns and columns that live in one segment only (initial states).
+//!
+//! Each segment is reduced to its own triangle `[local | shared | rhs]`; the rows that hold
+//! only shared columns go on into one common triangle. However many segments there are, the
+//! common problem keeps its size; the local parameters follow by back substitution.
+
+use super::qr::{Block, Triangle};
+
+/// The common triangle and the heads that the segments left behind.
+pub struct Segmented {
+    local: usize,
+    common: Triangle,
+    block: Block,
+    heads: Vec<Triangle>,
+}
+
+impl Segmented {
+    /// `local` columns per segment, then `shared` columns, then the right-hand side.
+    pub fn new(local: usize, shared: usize) -> Self {
+        Segmented {
+            local,
+            common: Triangle::new(shared + 1),
+            block: Block::new(shared + 1),
+            heads: Vec::new(),
+        }
+    }
+
+    /// Takes one segment's triangle of `local + shared + 1` columns.
+    pub fn push(&mut self, segment: Triangle) {
+        for i in self.local..segment.n() {
+            self.block.push(&segment.row(i)[self.local..]);
+            if self.block.free() == 0 {
+                self.common.absorb(&mut self.block);
+            }
+        }
+        self.heads.push(segment);
+    }
+
+    /// The triangle of the shared columns and the right-hand side.
+    pub fn common(&mut self) -> &Triangle {
+        self.common.absorb(&mut self.block);
+        &self.common
+    }
+
+    /// Local parameters of each segment, given the shared ones; a column that is zero gets zero.
+    pub fn locals(&self, shared: &[f64]) -> Vec<Vec<f64>> {
+        self.heads.iter().map(|head| self.back_substitute(head, shared)).collect()
+    }
+
+    fn back_substitute(&self, head: &Triangle, shared: &[f64]) -> Vec<f64> {
+        let rhs = head.n() - 1;
+        let mut x = vec![0.0; self.local];
+        for i in (0..self.local).rev() {
+            let known: f64 = (i + 1..self.local).map(|j| head.at(i, j) * x[j]).sum::<f64>()
+                + shared.iter().enumerate().map(|(j, s)| head.at(i, self.local + j) * s).sum::<f64>();
+            let length = (0..=i).map(|k| head.at(k, i).powi(2)).sum::<f64>().sqrt();
+            let diagonal = head.at(i, i);
+            if diagonal.abs() > 1e-12 * length {
+                x[i] = (head.at(i, rhs) - known) / diagonal;
+            }
+        }
+        x
+    }
+}

@@ -1,0 +1,185 @@
+//! `A(q) y(t) = sum_i B_i(q)/F_i(q) u_i(t - nk_i) + C(q)/D(q) e(t)`, the polynomial family.
+//!
+//! What is not known of a segment's start enters as impulses into the parts that have memory,
+//! so simulations and prediction errors are linear in it.
+
+use super::Response;
+use crate::linalg::Complex;
+use crate::poly::{at, at_one, divide, impulse, multiply, product, roots};
+
+/// Polynomials in ascending powers of `q^-1`; `A C D F` begin with 1, `B_i` follows the delay `nk_i`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PolyModel {
+    /// Poles shared by all inputs and the noise.
+    pub A: Vec<f64>,
+    /// Numerator per input.
+    pub B: Vec<Vec<f64>>,
+    /// Noise numerator.
+    pub C: Vec<f64>,
+    /// Noise denominator.
+    pub D: Vec<f64>,
+    /// Denominator per input.
+    pub F: Vec<Vec<f64>>,
+    /// Delay per input, samples.
+    pub nk: Vec<usize>,
+    /// Sample time, s.
+    pub Ts: f64,
+}
+
+impl PolyModel {
+    /// `A y = B u + e`.
+    pub fn arx(A: Vec<f64>, B: Vec<Vec<f64>>, nk: Vec<usize>, Ts: f64) -> Self {
+        let F = vec![vec![1.0]; B.len()];
+        PolyModel { A, B, C: vec![1.0], D: vec![1.0], F, nk, Ts }
+    }
+
+    /// Rows until every lag of `A` and `B` lies in the record.
+    pub fn history(&self) -> usize {
+        let inputs = self.B.iter().zip(&self.nk).map(|(b, nk)| nk + b.len() - 1);
+        inputs.chain([self.A.len() - 1]).max().unwrap_or(0)
+    }
+
+    /// Order of `A` plus the orders of all `F`.
+    pub fn order(&self) -> usize {
+        self.A.len() - 1 + self.F.iter().map(|f| f.len() - 1).sum::<usize>()
+    }
+
+    /// Free coefficients in the order `a b c d f`.
+    pub fn theta(&self) -> Vec<f64> {
+        let free = |p: &[f64]| p[1..].to_vec();
+        [
+            free(&self.A),
+            self.B.concat(),
+            free(&self.C),
+            free(&self.D),
+            self.F.iter().flat_map(|f| free(f)).collect(),
+        ]
+        .concat()
+    }
+
+    /// The same orders with other coefficients.
+    pub fn with_theta(&self, theta: &[f64]) -> Self {
+        let mut model = self.clone();
+        let mut values = theta.iter().copied();
+        let mut refill = |p: &mut [f64]| p.iter_mut().zip(values.by_ref()).for_each(|(c, v)| *c = v);
+        refill(&mut model.A[1..]);
+        model.B.iter_mut().for_each(|b| refill(b));
+        refill(&mut model.C[1..]);
+        refill(&mut model.D[1..]);
+        model.F.iter_mut().for_each(|f| refill(&mut f[1..]));
+        model
+    }
+
+    /// Output from rest.
+    pub fn simulate(&self, u: &[f64], nu: usize) -> Vec<f64> {
+        let rows = u.len() / nu;
+        let mut y = vec![0.0; rows];
+        for i in 0..nu {
+            let mut w = self.through_b(u, nu, i, 0, rows);
+            divide(&self.F[i], &mut w);
+            y.iter_mut().zip(&w).for_each(|(y, w)| *y += w);
+        }
+        divide(&self.A, &mut y);
+        y
+    }
+
+    /// Simulation over a segment; the start enters as impulses into `1/A` and `1/(A F_i)`.
+    pub fn simulation(&self, u: &[f64], nu: usize) -> Response {
+        let rows = (u.len() / nu).saturating_sub(self.history());
+        let mut forced = vec![0.0; rows];
+        let mut free = shifts(&impulse(&[1.0], &self.A, rows), self.A.len() - 1);
+        for i in 0..nu {
+            let mut w = self.through_b(u, nu, i, self.history(), rows);
+            divide(&self.F[i], &mut w);
+            forced.iter_mut().zip(&w).for_each(|(y, w)| *y += w);
+            let denominator = product(&self.A, &self.F[i]);
+            free.extend(shifts(&impulse(&[1.0], &denominator, rows), self.F[i].len() - 1));
+        }
+        divide(&self.A, &mut forced);
+        Response { forced, free }
+    }
+
+    /// `e = (D/C) (A y - sum B_i/F_i u_i)` over a segment; the start enters as impulses
+    /// into `D/(C F_i)` and `1/C`.
+    pub fn prediction_error(&self, u: &[f64], nu: usize, y: &[f64]) -> Response {
+        let history = self.history();
+        let rows = (u.len() / nu).saturating_sub(history);
+        let mut e: Vec<f64> = (history..history + rows)
+            .map(|k| self.A.iter().enumerate().map(|(j, a)| a * y[k - j]).sum())
+            .collect();
+        let memory = (self.C.len() - 1).max(self.D.len() - 1);
+        let mut free = shifts(&impulse(&[1.0], &self.C, rows), memory);
+        for i in 0..nu {
+            let mut w = self.through_b(u, nu, i, history, rows);
+            divide(&self.F[i], &mut w);
+            e.iter_mut().zip(&w).for_each(|(e, w)| *e -= w);
+            let denominator = product(&self.C, &self.F[i]);
+            free.extend(shifts(&impulse(&self.D, &denominator, rows), self.F[i].len() - 1));
+        }
+        let mut forced = multiply(&self.D, &e);
+        divide(&self.C, &mut forced);
+        Response { forced, free }
+    }
+
+    /// First `len` terms of `C / (D A)`.
+    pub fn noise_impulse(&self, len: usize) -> Vec<f64> {
+        impulse(&self.C, &product(&self.D, &self.A), len)
+    }
+
+    /// `G_i(e^(j w Ts))`, the pulse transfer function.
+    pub fn freqresp(&self, i: usize, w: f64) -> Complex<f64> {
+        let z = Complex::from_polar(1.0, w * self.Ts);
+        let delay = Complex::from_polar(1.0, -w * self.Ts * self.nk[i] as f64);
+        delay * at(&self.B[i], z) / (at(&self.A, z) * at(&self.F[i], z))
+    }
+
+    /// Roots of `A` and of every `F`.
+    pub fn poles(&self) -> Vec<(f64, f64)> {
+        self.F.iter().flat_map(|f| roots(f)).chain(roots(&self.A)).collect()
+    }
+
+    /// `B_i(1) / (A(1) F_i(1))`; infinite where the denominator vanishes within rounding.
+    pub fn dc_gain(&self, i: usize) -> f64 {
+        let vanishes = |p: &[f64]| at_one(p).abs() <= 1e-12 * p.iter().map(|c| c.abs()).sum::<f64>();
+        if vanishes(&self.A) || vanishes(&self.F[i]) {
+            return f64::INFINITY.copysign(at_one(&self.B[i]));
+        }
+        at_one(&self.B[i]) / (at_one(&self.A) * at_one(&self.F[i]))
+    }
+
+    /// Unit step response at the given times, held between samples.
+    pub fn step_response(&self, i: usize, t: &[f64]) -> Vec<f64> {
+        let last = t.iter().fold(0.0f64, |m, &t| m.max(t));
+        let rows = (last / self.Ts).floor() as usize + 2;
+        let ones = vec![1.0; rows * self.B.len()];
+        let mut y = self.through_b(&ones, self.B.len(), i, 0, rows);
+        divide(&self.F[i], &mut y);
+        divide(&self.A, &mut y);
+        t.iter().map(|&t| if t < 0.0 { 0.0 } else { y[(t / self.Ts + 1e-9).floor() as usize] }).collect()
+    }
+
+    /// `B_i(q) u_i(t - nk_i)` on rows `from..from + rows`; the input before row 0 is zero.
+    fn through_b(&self, u: &[f64], nu: usize, i: usize, from: usize, rows: usize) -> Vec<f64> {
+        let (b, nk) = (&self.B[i], self.nk[i]);
+        (from..from + rows)
+            .map(|k| {
+                b.iter()
+                    .enumerate()
+                    .filter(|(j, _)| k >= nk + j)
+                    .map(|(j, c)| c * u[(k - nk - j) * nu + i])
+                    .sum()
+            })
+            .collect()
+    }
+}
+
+/// A response and its delays by 1, …, `count - 1` samples.
+fn shifts(response: &[f64], count: usize) -> Vec<Vec<f64>> {
+    (0..count)
+        .map(|j| {
+            let kept = response.len().saturating_sub(j);
+            let zeros = vec![0.0; response.len() - kept];
+            [zeros, response[..kept].to_vec()].concat()
+        })
+        .collect()
+}

@@ -1,0 +1,106 @@
+//! Regressions on a record's lagged columns, produced block by block and never held.
+
+use std::ops::Range;
+
+use crate::linalg::{Block, Triangle};
+use crate::record::{Record, Scale};
+
+/// One column of a regressor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Column {
+    /// `-y(t - lag)` of the output.
+    MinusOutput(usize),
+    /// `u_i(t - lag)`: input, lag.
+    Input(usize, usize),
+    /// The constant 1.
+    One,
+}
+
+/// The rows `[columns | y(t)]` of one output of a record, centred and scaled.
+pub struct Regression<'r, 'a> {
+    rec: &'r Record<'a>,
+    output: usize,
+    columns: Vec<Column>,
+    runs: Vec<Range<usize>>,
+    /// Shift and scale of each input.
+    pub u: Vec<Scale>,
+    /// Shift and scale of the output.
+    pub y: Scale,
+}
+
+impl<'r, 'a> Regression<'r, 'a> {
+    /// Rows start where all lagged data exist; centred on the first row if a constant can take up the shift.
+    pub fn new(rec: &'r Record<'a>, output: usize, columns: Vec<Column>) -> Self {
+        let centred = columns.contains(&Column::One);
+        let na = columns.iter().map(|c| if let Column::MinusOutput(lag) = c { *lag } else { 0 }).max();
+        let history = columns
+            .iter()
+            .map(|c| match c {
+                Column::MinusOutput(lag) | Column::Input(_, lag) => *lag,
+                Column::One => 0,
+            })
+            .max();
+        let runs = rec.runs(history.unwrap_or(0), na.unwrap_or(0), output);
+        let column = |x: &'a [f64], width: usize, i: usize| x.iter().skip(i).step_by(width).copied();
+        let u = (0..rec.nu).map(|i| Scale::of(column(rec.u, rec.nu, i), centred)).collect();
+        let y = Scale::of(column(rec.y, rec.ny, output), centred);
+        Regression { rec, output, columns, runs, u, y }
+    }
+
+    /// Number of rows.
+    pub fn N(&self) -> usize {
+        self.runs.iter().map(Range::len).sum()
+    }
+
+    /// Triangle of `[columns | y]` over all rows.
+    pub fn triangle(&self) -> Triangle {
+        let n = self.columns.len();
+        let mut triangle = Triangle::new(n + 1);
+        let mut block = Block::new(n + 1);
+        for run in &self.runs {
+            let mut t = run.start;
+            while t < run.end {
+                let len = block.free().min(run.end - t);
+                for (j, &column) in self.columns.iter().enumerate() {
+                    self.fill(column, t, block.next_rows(j, len));
+                }
+                self.fill_output(0, t, 1.0, block.next_rows(n, len));
+                block.grow(len);
+                t += len;
+                if block.free() == 0 {
+                    triangle.absorb(&mut block);
+                }
+            }
+        }
+        triangle.absorb(&mut block);
+        triangle
+    }
+
+    fn fill(&self, column: Column, t: usize, out: &mut [f64]) {
+        match column {
+            Column::One => out.fill(1.0),
+            Column::MinusOutput(lag) => self.fill_output(lag, t, -1.0, out),
+            Column::Input(i, lag) => {
+                copy_scaled(self.rec.u, self.rec.nu, i, t - lag, self.u[i], 1.0, out);
+            }
+        }
+    }
+
+    fn fill_output(&self, lag: usize, t: usize, sign: f64, out: &mut [f64]) {
+        copy_scaled(self.rec.y, self.rec.ny, self.output, t - lag, self.y, sign, out);
+    }
+}
+
+/// Column `i` of the row-major `x` from row `t` on, shifted and scaled.
+fn copy_scaled(x: &[f64], width: usize, i: usize, t: usize, scale: Scale, sign: f64, out: &mut [f64]) {
+    let factor = sign * scale.factor;
+    if width == 1 {
+        for (o, v) in out.iter_mut().zip(&x[t..]) {
+            *o = (v - scale.zero) * factor;
+        }
+    } else {
+        for (o, v) in out.iter_mut().zip(x[t * width + i..].iter().step_by(width)) {
+            *o = (v - scale.zero) * factor;
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Time stamps: whether they are uniform, and resampling when they are not.
+
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::note::Place;
+use crate::stats::quantile;
+
+/// The sample time of uniform stamps; refuses others (D13, D14, D15).
+pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
+    check_ascending(t)?;
+    let mean = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
+    let off = |w: &[f64]| ((w[1] - w[0]) / mean - 1.0).abs();
+    let worst = t.windows(2).map(off).fold(0.0, f64::max);
+    if worst <= limits.D15 {
+        return Ok(mean);
+    }
+    let row = t.windows(2).position(|w| off(w) > limits.D15).map_or(0, |k| k + 1);
+    let count = t.windows(2).filter(|w| off(w) > limits.D15).count();
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    let [p1, median, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
+    Err(Error::new("D15", format!("not uniformly sampled: {count} steps are off by up to {:.1} % (median {median:.6} s, 1 % {p1:.6} s, 99 % {p99:.6} s)", 100.0 * worst))
+        .at(Place { column: "time".into(), row: Some(row), time: Some(t[row]) })
+        .count(count)
+        .measured(worst, limits.D15)
+        .remedy(format!("resample to a uniform step: resample={median:.3}")))
+}
+
+/// Stamps must ascend: D13 where they go back, D14 where they repeat.
+fn check_ascending(t: &[f64]) -> Result<()> {
+    if t.len() < 2 {
+        return Err(Error::new("D04", "fewer than two time stamps").remedy("give at least two rows"));
+    }
+    let Some(k) = t.windows(2).position(|w| !(w[1] > w[0])) else { return Ok(()) };
+    let place = Place { column: "time".into(), row: Some(k + 1), time: Some(t[k + 1]) };
+    let repeats = t[k + 1] == t[k];
+    let count = t.windows(2).filter(|w| if repeats { w[1] == w[0] } else { w[1] < w[0] }).count();
+    Err(if repeats {
+        Error::new("D14", format!("{count} time stamps repeat the one before"))
+            .remedy("remove the repeated rows")
+    } else {
+        Error::new("D13", format!("time goes back {count} times, first by {} s", t[k] - t[k + 1]))
+            .remedy("sort the rows, or cut the file where the clock was set")
+    }
+    .at(place)
+    .count(count))
+}
+
+/// Columns on a uniform grid.
+pub struct Resampled {
+    /// Grid, s.
+    pub t: Vec<f64>,
+    /// One vector per column asked for.
+    pub columns: Vec<Vec<f64>>,
+    /// First rows of contiguous stretches: a gap longer than three steps is not bridged.
+    pub starts: Vec<usize>,
+    /// For each row the original row at or before it.
+    pub rows: Vec<i64>,
+}
+
+/// Brings columns to the step `Ts`: `held[i]` columns keep their last value (inputs), others are interpolated.
+pub fn resample(t: &[f64], columns: &[Vec<f64>], held: &[bool], Ts: f64) -> Result<Resampled> {
+    check_ascending(t)?;
+    if !(Ts > 0.0 && Ts.is_finite()) {
+        return Err(Error::argument("resample", Ts, "a positive number of seconds"));
+    }
+    let wanted = (t[t.len() - 1] - t[0]) / Ts;
+    if wanted > 1e8 {
+        return Err(Error::argument("resample", Ts, "long enough to give fewer than 1e8 rows"));
+    }
+    let gap = 3.0 * Ts.max((t[t.len() - 1] - t[0]) / (t.len() - 1) as f64);
+    let mut out = Resampled {
+        t: Vec::new(),
+        columns: vec![Vec::new(); columns.len()],
+        starts: Vec::new(),
+        rows: Vec::new(),
+    };
+    let (mut k, mut contiguous) = (0, false);
+    for i in 0..=(wanted * (1.0 + 1e-12)).floor() as usize {
+        let now = t[0] + i as f64 * Ts;
+        while k + 1 < t.len() && t[k + 1] <= now + 1e-9 * Ts {
+            k += 1;
+        }
+        let in_gap = k + 1 < t.len() && t[k + 1] - t[k] > gap && now > t[k] + 1e-9 * Ts;
+        if in_gap {
+            contiguous = false;
+            continue;
+        }
+        if !contiguous {
+            out.starts.push(out.t.len());
+            contiguous = true;
+        }
+        out.t.push(now);
+        out.rows.push(k as i64);
+        for ((into, from), held) in out.columns.iter_mut().zip(columns).zip(held) {
+            let share = if *held || k + 1 == t.len() { 0.0 } else { (now - t[k]) / (t[k + 1] - t[k]) };
+            into.push(from[k] + share.max(0.0) * (from[(k + 1).min(t.len() - 1)] - from[k]));
+        }
+    }
+    Ok(out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_resampled_exactly_and_a_gap_cuts() {
+        let t = [0.0, 1.02, 1.98, 3.0, 20.0, 21.0, 22.0];
+        let y: Vec<f64> = t.iter().map(|t| 2.0 * t).collect();
+        let out = resample(&t, &[y], &[false], 1.0).expect("resampled");
+        assert_eq!(out.starts, vec![0, 4]);
+        assert!(out.t.iter().zip(&out.columns[0]).all(|(t, y)| (y - 2.0 * t).abs() < 1e-12));
+    }
+}

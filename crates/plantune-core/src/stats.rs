@@ -1,0 +1,40 @@
+//! Tail probabilities and quantiles behind the tests.
+
+use statrs::function::beta::beta_reg;
+use statrs::function::erf::erfc_inv;
+
+/// `P(F > f)` for the F distribution with `d1, d2` degrees of freedom.
+pub fn f_tail(f: f64, d1: f64, d2: f64) -> f64 {
+    if !(f > 0.0) {
+        return 1.0;
+    }
+    beta_reg(d2 / 2.0, d1 / 2.0, d2 / (d2 + d1 * f))
+}
+
+/// The number that a standard normal exceeds in magnitude with probability `1 - level`.
+pub fn normal_quantile(level: f64) -> f64 {
+    std::f64::consts::SQRT_2 * erfc_inv(1.0 - level)
+}
+
+/// The `share` quantile of values in ascending order, interpolated; infinities are kept.
+pub fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let at = share * (sorted.len() - 1) as f64;
+    let (low, high) = (at.floor() as usize, at.ceil() as usize);
+    if low == high || sorted[low] == sorted[high] {
+        return sorted[low];
+    }
+    sorted[low] + (at - low as f64) * (sorted[high] - sorted[low])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_the_printed_ones() {
+        assert!((normal_quantile(0.95) - 1.959_963_984_540_054).abs() < 1e-12);
+        assert!((normal_quantile(0.99) - 2.575_829_303_548_901).abs() < 1e-12);
+        // F(1, n) is the square of Student's t: P(F > 4.9646) = 0.05 for n = 10.
+        assert!((f_tail(4.964_602_743_730_711, 1.0, 10.0) - 0.05).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,112 @@
+//! Uncertainty carried on: quantiles over models drawn from a fit's normal distribution.
+
+use super::margins::{Margins, margins};
+use crate::error::{Error, Result};
+use crate::linalg::normal_draws;
+use crate::model::{Model, Pid};
+use crate::stats::quantile;
+
+/// Models drawn; in antithetic pairs.
+const DRAWS: usize = 400;
+
+/// Seed of the draws, so that the same fit gives the same band.
+const SEED: u64 = 0x001;
+
+/// A 95 % band around a curve.
+#[derive(Clone, Debug)]
+pub struct Bands {
+    /// 2.5 % quantile.
+    pub low: Vec<f64>,
+    /// 97.5 % quantile.
+    pub high: Vec<f64>,
+}
+
+/// Bands of `gain phase_deg delay Ms Mt`, in this order, of one controller over the drawn models.
+pub fn margin_bands(model: &Model, P: &[f64], pid: &Pid) -> Result<[(f64, f64); 5]> {
+    let mut drawn: [Vec<f64>; 5] = Default::default();
+    for model in sound_draws(model, P)? {
+        let Margins { gain, phase_deg, delay, Ms, Mt, .. } = margins(&model, pid)?;
+        for (values, x) in drawn.iter_mut().zip([gain, phase_deg, delay, Ms, Mt]) {
+            values.push(x);
+        }
+    }
+    Ok(drawn.map(|mut values| {
+        values.sort_by(f64::total_cmp);
+        (quantile(&values, 0.025), quantile(&values, 0.975))
+    }))
+}
+
+/// Band of the unit step response of input `i` at times `t`.
+pub fn step_band(model: &Model, P: &[f64], i: usize, t: &[f64]) -> Result<Bands> {
+    curves(sound_draws(model, P)?.iter().map(|m| m.step_response(i, t)).collect())
+}
+
+/// Bands of magnitude and unwrapped phase in degrees of input `i` at frequencies `w`, rad/s.
+pub fn bode_band(model: &Model, P: &[f64], i: usize, w: &[f64]) -> Result<(Bands, Bands)> {
+    let models = sound_draws(model, P)?;
+    let magnitude = models.iter().map(|m| w.iter().map(|&w| m.freqresp(i, w).norm()).collect());
+    let phase = models.iter().map(|m| phase_deg(m, i, w));
+    Ok((curves(magnitude.collect())?, curves(phase.collect())?))
+}
+
+/// Phase in degrees without jumps; starts within half a turn of the sign of the static gain.
+pub fn phase_deg(model: &Model, i: usize, w: &[f64]) -> Vec<f64> {
+    let mut last = f64::NAN;
+    w.iter()
+        .map(|&w| {
+            let mut phase = model.freqresp(i, w).arg().to_degrees();
+            if let Model::Process(m) = model {
+                // The dead time turns further than a grid can follow.
+                let lag = -(w * m.T).atan() - w * m.L;
+                return lag.to_degrees() + if m.K < 0.0 { -180.0 } else { 0.0 };
+            }
+            if last.is_finite() {
+                phase += 360.0 * ((last - phase) / 360.0).round();
+            }
+            last = phase;
+            phase
+        })
+        .collect()
+}
+
+/// Draws around the model's parameters; those that describe no plant are left out.
+fn sound_draws(model: &Model, P: &[f64]) -> Result<Vec<Model>> {
+    let theta = model.theta();
+    let n = theta.len();
+    let size = (P.len() as f64).sqrt() as usize;
+    if size < n || size * size != P.len() {
+        return Err(Error::argument(
+            "P",
+            format!("{} numbers", P.len()),
+            &format!("square, at least {n} by {n}"),
+        ));
+    }
+    let own: Vec<f64> = (0..n * n).map(|ij| P[ij / n * size + ij % n]).collect();
+    let draws = normal_draws(&theta, &own, DRAWS, SEED);
+    let models: Vec<Model> = draws.iter().map(|t| model.with_theta(t)).filter(Model::is_sound).collect();
+    if models.len() < DRAWS / 2 {
+        return Err(Error::new(
+            "X07",
+            "more than half of the models inside the uncertainty are no plants (T <= 0 or L < 0)",
+        )
+        .count(DRAWS - models.len())
+        .measured(models.len() as f64 / DRAWS as f64, 0.5)
+        .remedy("record longer or with larger steps"));
+    }
+    Ok(models)
+}
+
+/// Point-by-point quantiles.
+fn curves(drawn: Vec<Vec<f64>>) -> Result<Bands> {
+    let points = drawn.first().map_or(0, Vec::len);
+    let mut bands = Bands { low: Vec::with_capacity(points), high: Vec::with_capacity(points) };
+    let mut column = Vec::with_capacity(drawn.len());
+    for k in 0..points {
+        column.clear();
+        column.extend(drawn.iter().map(|c| c[k]));
+        column.sort_by(f64::total_cmp);
+        bands.low.push(quantile(&column, 0.025));
+        bands.high.push(quantile(&column, 0.975));
+    }
+    Ok(bands)
+}

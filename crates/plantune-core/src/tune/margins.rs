@@ -1,0 +1,187 @@
+//! Gain, phase and delay margins, and the peaks of the sensitivities, with the exact delay.
+//!
+//! ```text
+//! gain margin   1/|L(j w_g)|,  arg L(j w_g) = -180 deg        source 001, (3.6-27), (3.6-28)
+//! phase margin  180 deg + arg L(j w_p),  |L(j w_p)| = 1       source 001, (3.6-29), (3.6-30)
+//! delay margin  phase margin / w_p
+//! Ms = max |1/(1+L)|,  Mt = max |L/(1+L)|
+//! ```
+//!
+//! A sampled controller meets the exact pulse transfer function of the plant. Margins say nothing
+//! about stability by themselves: an unstable loop has a finite Ms as well.
+
+use std::f64::consts::PI;
+
+use crate::error::Result;
+use crate::linalg::Complex;
+use crate::model::{Model, Pid, c2d};
+
+/// Margins; infinite where the loop never crosses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// Gain margin, factor.
+    pub gain: f64,
+    /// Phase crossover, rad/s.
+    pub w_gain: f64,
+    /// Phase margin, degrees.
+    pub phase_deg: f64,
+    /// Gain crossover, rad/s.
+    pub w_phase: f64,
+    /// Delay margin, s.
+    pub delay: f64,
+    /// Largest sensitivity.
+    pub Ms: f64,
+    /// Largest complementary sensitivity.
+    pub Mt: f64,
+}
+
+/// Margins of `pid` on input 0 of `model`.
+pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
+    pid.check()?;
+    let open = OpenLoop::new(model, pid)?;
+    let grid = open.grid();
+    let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
+    let mut result = Margins {
+        gain: f64::INFINITY,
+        w_gain: f64::NAN,
+        phase_deg: f64::INFINITY,
+        w_phase: f64::NAN,
+        delay: f64::INFINITY,
+        Ms: peak(&grid, &L, |L| 1.0 / (1.0 + L).norm(), &open),
+        Mt: peak(&grid, &L, |L| (L / (1.0 + L)).norm(), &open),
+    };
+    for k in 0..grid.len() - 1 {
+        let (a, b) = (grid[k], grid[k + 1]);
+        if (L[k].im > 0.0) != (L[k + 1].im > 0.0) && L[k].re.min(L[k + 1].re) < 0.0 {
+            let w = root(a, b, |w| open.at(w).im);
+            let at = open.at(w);
+            if at.re < 0.0 && 1.0 / at.norm() < result.gain {
+                (result.gain, result.w_gain) = (1.0 / at.norm(), w);
+            }
+        }
+        if (L[k].norm() > 1.0) != (L[k + 1].norm() > 1.0) {
+            let w = root(a, b, |w| open.at(w).norm().ln());
+            let phase = PI + open.at(w).arg(); // in [0, 2 pi]
+            let signed = if phase > PI { phase - 2.0 * PI } else { phase };
+            if signed.to_degrees() < result.phase_deg {
+                (result.phase_deg, result.w_phase) = (signed.to_degrees(), w);
+            }
+            result.delay = result.delay.min(phase / w);
+        }
+    }
+    // With a sampled controller the phase reaches -180 degrees at the Nyquist frequency at the latest.
+    let last = L[L.len() - 1];
+    if pid.Ts.is_some() && last.re < 0.0 && 1.0 / last.norm() < result.gain {
+        (result.gain, result.w_gain) = (1.0 / last.norm(), grid[grid.len() - 1]);
+    }
+    Ok(result)
+}
+
+/// `C G` with one notion of frequency.
+struct OpenLoop<'p> {
+    plant: Model,
+    pid: &'p Pid,
+    /// Time constants that bound where to look, s.
+    slowest: f64,
+    delay: f64,
+    highest: f64,
+}
+
+impl<'p> OpenLoop<'p> {
+    fn new(model: &Model, pid: &'p Pid) -> Result<Self> {
+        let plant = match (model, pid.Ts) {
+            (Model::Process(m), Some(Ts)) => Model::Poly(c2d(m, Ts)?),
+            (Model::Poly(m), Some(Ts)) => {
+                Model::Poly(m.clone()).check_Ts(Ts)?;
+                model.clone()
+            }
+            _ => model.clone(),
+        };
+        let (slowest, delay, highest) = match &plant {
+            Model::Process(m) => (m.T + m.L, m.L, f64::INFINITY),
+            Model::Poly(m) => {
+                let time_constant = |p: &(f64, f64)| {
+                    let r = p.0.hypot(p.1);
+                    if r > 0.0 && r < 1.0 { (-m.Ts / r.ln()).min(1e6 * m.Ts) } else { m.Ts }
+                };
+                let slow = m.poles().iter().map(time_constant).fold(m.Ts, f64::max);
+                (slow + m.nk[0] as f64 * m.Ts, (m.nk[0] + 1) as f64 * m.Ts, PI / m.Ts)
+            }
+        };
+        let slowest = if pid.Ki != 0.0 && pid.Ti() > slowest { pid.Ti() } else { slowest };
+        Ok(OpenLoop { plant, pid, slowest, delay, highest })
+    }
+
+    fn at(&self, w: f64) -> Complex<f64> {
+        self.pid.freqresp(w) * self.plant.freqresp(0, w)
+    }
+
+    /// Steps of 1 %, and of a twentieth of a radian of dead-time phase, until the loop gain has died out.
+    fn grid(&self) -> Vec<f64> {
+        let mut w = 1e-4 / self.slowest;
+        // A large integral gain crosses over earlier than the plant is slow.
+        while self.at(w).norm() < 10.0 && w > 1e-12 / self.slowest && self.pid.Ki != 0.0 {
+            w /= 10.0;
+        }
+        let mut grid = vec![w];
+        while w < self.highest && grid.len() < 100_000 {
+            let step = if self.delay > 0.0 { (0.01 * w).min(0.05 / self.delay) } else { 0.01 * w };
+            w = (w + step).min(self.highest);
+            grid.push(w);
+            let far = w * self.slowest > 100.0 && w * self.delay.max(1e-6 * self.slowest) > 4.0 * PI;
+            if far && self.at(w).norm() < 0.01 || w * self.slowest > 1e9 {
+                break;
+            }
+        }
+        grid
+    }
+}
+
+/// Largest value on the grid, refined between its neighbours by golden section.
+fn peak(grid: &[f64], L: &[Complex<f64>], f: impl Fn(Complex<f64>) -> f64, open: &OpenLoop) -> f64 {
+    let best = (0..grid.len()).max_by(|&i, &j| f(L[i]).total_cmp(&f(L[j]))).unwrap_or(0);
+    let (mut a, mut b) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
+    let shrink = (5f64.sqrt() - 1.0) / 2.0;
+    let at = |w: f64| f(open.at(w));
+    for _ in 0..60 {
+        let (c, d) = (b - shrink * (b - a), a + shrink * (b - a));
+        if at(c) > at(d) { b = d } else { a = c }
+    }
+    at(0.5 * (a + b)).max(f(L[best]))
+}
+
+/// Where `f` changes sign in `[a, b]`, to the last bit, by bisection.
+fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let positive = f(a) > 0.0;
+    for _ in 0..100 {
+        let middle = 0.5 * (a + b);
+        if middle <= a || middle >= b {
+            break;
+        }
+        if (f(middle) > 0.0) == positive { a = middle } else { b = middle }
+    }
+    0.5 * (a + b)
+}
+
+/// Loop transfer `L`, sensitivity `S`, complementary sensitivity `T` and control sensitivity `CS`.
+pub struct Sensitivities {
+    /// `C G`.
+    pub L: Vec<Complex<f64>>,
+    /// `1 / (1 + L)`.
+    pub S: Vec<Complex<f64>>,
+    /// `L / (1 + L)`.
+    pub T: Vec<Complex<f64>>,
+    /// `C / (1 + L)`.
+    pub CS: Vec<Complex<f64>>,
+}
+
+/// Frequency responses of the loop at `w` rad/s.
+pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64]) -> Result<Sensitivities> {
+    pid.check()?;
+    let open = OpenLoop::new(model, pid)?;
+    let L: Vec<Complex<f64>> = w.iter().map(|&w| open.at(w)).collect();
+    let S: Vec<Complex<f64>> = L.iter().map(|L| (L + 1.0).inv()).collect();
+    let T = L.iter().zip(&S).map(|(L, S)| L * S).collect();
+    let CS = w.iter().zip(&S).map(|(&w, S)| pid.freqresp(w) * S).collect();
+    Ok(Sensitivities { L, S, T, CS })
+}

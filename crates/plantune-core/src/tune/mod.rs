@@ -1,0 +1,11 @@
+//! From a model to controller settings, their margins, and how the loop behaves.
+
+mod bands;
+mod indices;
+mod margins;
+mod rules;
+
+pub use bands::{Bands, bode_band, margin_bands, phase_deg, step_band};
+pub use indices::{Indices, indices};
+pub use margins::{Margins, Sensitivities, margins, sensitivities};
+pub use rules::{ImcTarget, imc_pi};

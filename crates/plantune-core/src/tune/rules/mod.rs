@@ -1,0 +1,5 @@
+//! Tuning rules, one per file.
+
+mod imc;
+
+pub use imc::{ImcTarget, imc_pi};

@@ -1,0 +1,208 @@
+//! A model judged on a record: simulation fit, one-step fit, residuals, and whether u explains y at all.
+//!
+//! `fit = 100 (1 - |y - yhat| / |y - mean(y)|)`.
+
+use super::residuals::{Residuals, correlation, residuals};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::model::Model;
+use crate::note::{Note, Place};
+use crate::record::Record;
+use crate::sim::{OverRecord, Start, over_record};
+use crate::stats::f_tail;
+
+/// What is estimated on the record at hand.
+#[derive(Clone, Debug)]
+pub struct CheckOptions {
+    /// Initial state.
+    pub x0: Start,
+    /// Offset; estimated when absent.
+    pub offset: Option<f64>,
+    /// Lags of the residual correlations.
+    pub lags: usize,
+}
+
+/// How a model does on a record.
+#[derive(Clone, Debug)]
+pub struct Verdict {
+    /// Simulation fit, %.
+    pub fit: f64,
+    /// One-step fit, %.
+    pub fit_1step: f64,
+    /// Root mean squared simulation error.
+    pub rmse: f64,
+    /// Mean squared one-step error on this record.
+    pub loss: f64,
+    /// Rows judged.
+    pub N: usize,
+    /// Offset used in the simulation.
+    pub offset: f64,
+    /// Rows and simulated output.
+    pub simulated: OverRecord,
+    /// One-step errors on the same rows.
+    pub errors: Vec<f64>,
+    /// Correlations of the one-step errors.
+    pub residuals: Residuals,
+    /// Factor by which correlated residuals widen a standard deviation.
+    pub widening: f64,
+    /// Fit above the limit and residuals free of the input.
+    pub passed: bool,
+    /// Doubts.
+    pub notes: Vec<Note>,
+}
+
+/// Judges `model` on `rec`. `X04` comes with the verdict, for study.
+pub fn check(
+    model: &Model,
+    rec: &Record,
+    options: &CheckOptions,
+    limits: &Limits,
+) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
+    let verdict = judge(model, rec, options, limits).map_err(|e| (e, None))?;
+    let p = relation(rec, &verdict);
+    if p <= limits.X04 {
+        return Ok(verdict);
+    }
+    let error = Error::new(
+        "X04",
+        format!(
+            "no relation: on these {} rows the model is no better than the mean (fit {:.1} %)",
+            verdict.N, verdict.fit
+        ),
+    )
+    .at(Place::column(&rec.names[rec.nu]))
+    .count(verdict.N)
+    .measured(p, limits.X04)
+    .remedy("check that the columns belong together; record with larger steps of the input");
+    Err((error, Some(Box::new(verdict))))
+}
+
+fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -> Result<Verdict> {
+    let simulated = over_record(model, rec, None, options.x0, options.offset)?;
+    let predicted = over_record(model, rec, Some(1), options.x0, options.offset)?;
+    let counts =
+        |rows: &[usize]| -> Vec<usize> { (0..rows.len()).filter(|&k| rec.is_valid(rows[k], 0)).collect() };
+    let errors = |run: &OverRecord| -> Vec<f64> {
+        counts(&run.rows).iter().map(|&k| rec.y_at(run.rows[k], 0) - run.yhat[k]).collect()
+    };
+    let (simulation_errors, errors) = (errors(&simulated), errors(&predicted));
+    let rows: Vec<usize> = counts(&predicted.rows).iter().map(|&k| predicted.rows[k]).collect();
+    let y: Vec<f64> = rows.iter().map(|&k| rec.y_at(k, 0)).collect();
+    let residuals = residuals(rec, &rows, &errors, options.lags);
+    let N = errors.len();
+    let mean_square = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>() / e.len() as f64;
+    let fit = fit_percent(&y, &simulation_errors);
+    let notes = notes(rec, &residuals, fit, limits);
+    let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
+    Ok(Verdict {
+        fit,
+        fit_1step: fit_percent(&y, &errors),
+        rmse: mean_square(&simulation_errors).sqrt(),
+        loss: mean_square(&errors),
+        N,
+        offset: simulated.offset,
+        widening: widening(&residuals),
+        simulated,
+        errors,
+        residuals,
+        passed,
+        notes,
+    })
+}
+
+/// 100 for an exact fit, 0 for the mean, negative for worse; an output that stands still is fitted or not.
+fn fit_percent(y: &[f64], e: &[f64]) -> f64 {
+    let mean = y.iter().sum::<f64>() / y.len() as f64;
+    let around: f64 = y.iter().map(|y| (y - mean).powi(2)).sum();
+    let left: f64 = e.iter().map(|e| e * e).sum();
+    if around > 0.0 {
+        100.0 * (1.0 - (left / around).sqrt())
+    } else if left == 0.0 {
+        100.0
+    } else {
+        0.0
+    }
+}
+
+/// p-value of the slope in `y = c + slope yhat`, on as many rows as the autocorrelation of both leaves
+/// independent (Bartlett); 1 for a slope that is not positive.
+fn relation(rec: &Record, verdict: &Verdict) -> f64 {
+    let run = &verdict.simulated;
+    let rows: Vec<usize> = (0..run.rows.len()).filter(|&k| rec.is_valid(run.rows[k], 0)).collect();
+    let centred = |x: Vec<f64>| {
+        let mean = x.iter().sum::<f64>() / x.len() as f64;
+        x.into_iter().map(|v| v - mean).collect::<Vec<f64>>()
+    };
+    let y = centred(rows.iter().map(|&k| rec.y_at(run.rows[k], 0)).collect());
+    let yhat = centred(rows.iter().map(|&k| run.yhat[k]).collect());
+    let r = correlation(&y, &yhat, 0)[0];
+    if !(r > 0.0) {
+        return 1.0;
+    }
+    let most = (rows.len() / 4).min(500);
+    let shared: f64 = correlation(&y, &y, most)[1..]
+        .iter()
+        .zip(&correlation(&yhat, &yhat, most)[1..])
+        .map(|(a, b)| a * b)
+        .sum();
+    let independent = (rows.len() as f64 / (1.0 + 2.0 * shared).max(1.0)).max(3.0);
+    let F = r * r * (independent - 2.0) / (1.0 - r * r).max(f64::EPSILON);
+    f_tail(F, 1.0, independent - 2.0)
+}
+
+/// `sqrt(1 + 2 sum |r_e(k)|)` over the lags outside the band.
+fn widening(residuals: &Residuals) -> f64 {
+    let outside = residuals.autocorr.iter().skip(1).filter(|r| r.abs() > residuals.band);
+    (1.0 + 2.0 * outside.map(|r| r.abs()).sum::<f64>()).sqrt()
+}
+
+fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let worst = |lags: &[i64], r: &[f64], band: f64, from: i64| {
+        let outside: Vec<(i64, f64)> = lags
+            .iter()
+            .copied()
+            .zip(r.iter().copied())
+            .filter(|(k, r)| *k >= from && r.abs() > band)
+            .collect();
+        let peak = outside.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        peak.map(|(lag, r)| (outside.len(), lag, r))
+    };
+    // One lag in a hundred leaves a 99 % band by chance.
+    let allowed = |lags: usize| 1 + lags / 50;
+    if let Some((count, lag, r)) = worst(&residuals.lags, &residuals.autocorr, residuals.band, 1) {
+        if count > allowed(residuals.lags.len()) {
+            notes.push(
+                Note::warning(
+                    "M08",
+                    format!("residuals are not white: {count} lags outside the 99 % band, most at lag {lag}"),
+                )
+                .count(count)
+                .measured(r, residuals.band)
+                .remedy("intervals are too narrow; use a model with a noise part for prediction"),
+            );
+        }
+    }
+    for (i, (r, band)) in residuals.crosscorr.iter().zip(&residuals.cross_band).enumerate() {
+        if let Some((count, lag, r)) = worst(&residuals.cross_lags, r, *band, 0) {
+            if count > allowed(residuals.lags.len()) {
+                let name = rec.input_name(i);
+                notes.push(
+                    Note::warning("V02", format!("residuals still follow {name}: {count} lags outside the 99 % band, most at lag {lag}"))
+                        .at(Place::column(name))
+                        .count(count)
+                        .measured(r, *band)
+                        .remedy("try another delay or a higher order"),
+                );
+            }
+        }
+    }
+    if fit < limits.V01 {
+        notes.push(
+            Note::warning("V01", format!("the simulation explains {fit:.1} % on these rows"))
+                .measured(fit, limits.V01)
+                .remedy("look at the residuals and at the record for disturbances"),
+        );
+    }
+    notes
+}

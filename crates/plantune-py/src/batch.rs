@@ -1,0 +1,125 @@
+//! Batch estimators.
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use plantune_core::batch::{self, ArxOrders, Fit, ProcessOptions, criteria, standard_deviations};
+use plantune_core::{Limits, Record};
+use pyo3::prelude::*;
+
+use crate::error::Outcome;
+use crate::model::ModelOut;
+use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(least_squares, m)?)?;
+    m.add_function(wrap_pyfunction!(arx, m)?)?;
+    m.add_function(wrap_pyfunction!(p1d, m)?)
+}
+
+/// The dict behind `plantune.Fit(**d)`; square and stacked arrays come flat.
+#[derive(IntoPyObject)]
+struct FitOut<'py> {
+    model: Option<ModelOut>,
+    theta: Array<'py>,
+    P: Array<'py>,
+    sd: Array<'py>,
+    names: Vec<String>,
+    offset: Option<f64>,
+    x0: Vec<Vec<f64>>,
+    N: usize,
+    loss: f64,
+    fpe: f64,
+    aic: f64,
+    bic: f64,
+    status: &'static str,
+    expected_digits: Array<'py>,
+    notes: Vec<NoteOut>,
+}
+
+fn fit_out(py: Python<'_>, fit: Fit) -> FitOut<'_> {
+    let (fpe, aic, bic) = criteria(fit.loss, fit.N, fit.theta.len());
+    FitOut {
+        sd: array(py, standard_deviations(&fit.P, fit.theta.len())),
+        theta: array(py, fit.theta),
+        P: array(py, fit.P),
+        names: fit.names,
+        offset: Some(fit.offset),
+        x0: fit.x0,
+        N: fit.N,
+        loss: fit.loss,
+        fpe,
+        aic,
+        bic,
+        status: fit.status.as_str(),
+        expected_digits: array(py, fit.expected_digits),
+        notes: notes(&fit.notes),
+        model: Some(fit.model.into()),
+    }
+}
+
+/// Runs an estimator without the interpreter lock.
+fn run<'py>(
+    py: Python<'py>,
+    rec: &RecordIn<'_>,
+    limits: LimitsIn,
+    estimate: impl Fn(&Record, &Limits) -> plantune_core::Result<Fit> + Send + Sync,
+) -> Outcome<FitOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let fit = py.detach(|| estimate(&record, &limits))?;
+    Ok(fit_out(py, fit))
+}
+
+#[pyfunction]
+fn arx<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    na: usize,
+    nb: Vec<usize>,
+    nk: Vec<usize>,
+    offset: bool,
+    limits: LimitsIn,
+) -> Outcome<FitOut<'py>> {
+    let orders = ArxOrders { na, nb, nk };
+    run(py, &rec, limits, |record, limits| batch::arx(record, &orders, offset, limits))
+}
+
+#[pyfunction]
+fn p1d<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    offset: bool,
+    L: Option<(f64, f64)>,
+    limits: LimitsIn,
+) -> Outcome<FitOut<'py>> {
+    let options = ProcessOptions { offset, L };
+    run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
+}
+
+#[pyfunction]
+fn least_squares<'py>(
+    py: Python<'py>,
+    phi: PyReadonlyArray2<'py, f64>,
+    y: PyReadonlyArray1<'py, f64>,
+) -> Outcome<FitOut<'py>> {
+    let n = phi.shape()[1];
+    let (phi, y) = (phi.as_slice().map_err(PyErr::from)?, y.as_slice().map_err(PyErr::from)?);
+    let fit = py.detach(|| batch::least_squares(phi, n, y))?;
+    let (fpe, aic, bic) = criteria(fit.loss, fit.N, n);
+    Ok(FitOut {
+        model: None,
+        theta: array(py, fit.theta),
+        sd: array(py, standard_deviations(&fit.P, n)),
+        P: array(py, fit.P),
+        names: (1..=n).map(|j| format!("theta{j}")).collect(),
+        offset: None,
+        x0: Vec::new(),
+        N: fit.N,
+        loss: fit.loss,
+        fpe,
+        aic,
+        bic,
+        status: "exact",
+        expected_digits: array(py, fit.expected_digits),
+        notes: Vec::new(),
+    })
+}

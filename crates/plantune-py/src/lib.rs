@@ -1,0 +1,37 @@
+//! Glue: reads Python values by attribute, calls the core without the interpreter lock, returns plain dicts.
+//!
+//! One function per verb, one file per folder of the core.
+
+// The field's letters keep their case, here as in the core.
+#![allow(non_snake_case)]
+#![allow(missing_docs)]
+
+mod analyze;
+mod batch;
+mod error;
+mod model;
+mod signal;
+mod sim;
+mod tune;
+mod validate;
+mod values;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    for register in [
+        values::register,
+        signal::register,
+        model::register,
+        sim::register,
+        batch::register,
+        analyze::register,
+        validate::register,
+        tune::register,
+    ] {
+        register(m)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,131 @@
+//! Controller settings, margins and their bands.
+
+use numpy::{Complex64, PyArray1, PyReadonlyArray1};
+use plantune_core::Error;
+use plantune_core::model::{Model, Pid};
+use plantune_core::tune::{self, Bands, ImcTarget};
+use pyo3::prelude::*;
+
+use crate::error::Outcome;
+use crate::model::{ModelIn, PidIn};
+use crate::values::{Array, array};
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(imc_pi, m)?)?;
+    m.add_function(wrap_pyfunction!(margins, m)?)?;
+    m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
+    m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
+    m.add_function(wrap_pyfunction!(phase_deg, m)?)?;
+    m.add_function(wrap_pyfunction!(step_band, m)?)?;
+    m.add_function(wrap_pyfunction!(bode_band, m)?)
+}
+
+/// `Kp, Ti, tau_c`.
+#[pyfunction]
+fn imc_pi(model: ModelIn, target: &str, value: f64) -> Outcome<(f64, f64, f64)> {
+    let Model::Process(plant) = model.0 else {
+        return Err(Error::argument("model", "a PolyModel", "a ProcessModel").into());
+    };
+    let target = match target {
+        "gain_margin" => ImcTarget::GainMargin(value),
+        "phase_margin" => ImcTarget::PhaseMargin(value),
+        _ => ImcTarget::TauC(value),
+    };
+    let (pid, tau_c) = tune::imc_pi(&plant, target)?;
+    Ok((pid.Kp, pid.Ti(), tau_c))
+}
+
+/// The dict behind `plantune.tune.Margins(**d)`.
+#[derive(IntoPyObject)]
+struct MarginsOut {
+    gain: f64,
+    w_gain: f64,
+    phase_deg: f64,
+    w_phase: f64,
+    delay: f64,
+    Ms: f64,
+    Mt: f64,
+}
+
+#[pyfunction]
+fn margins(model: ModelIn, pid: PidIn) -> Outcome<MarginsOut> {
+    let m = tune::margins(&model.0, &pid.into())?;
+    Ok(MarginsOut {
+        gain: m.gain,
+        w_gain: m.w_gain,
+        phase_deg: m.phase_deg,
+        w_phase: m.w_phase,
+        delay: m.delay,
+        Ms: m.Ms,
+        Mt: m.Mt,
+    })
+}
+
+/// Intervals of `gain phase_deg delay Ms Mt`.
+#[pyfunction]
+fn margin_bands(
+    py: Python<'_>,
+    model: ModelIn,
+    P: PyReadonlyArray1<'_, f64>,
+    pid: PidIn,
+) -> Outcome<[(f64, f64); 5]> {
+    let (P, pid): (_, Pid) = (P.as_slice().map_err(PyErr::from)?, pid.into());
+    Ok(py.detach(|| tune::margin_bands(&model.0, P, &pid))?)
+}
+
+type ComplexArray<'py> = Bound<'py, PyArray1<Complex64>>;
+
+/// `L, S, T, CS` at the given frequencies.
+#[pyfunction]
+fn sensitivities<'py>(
+    py: Python<'py>,
+    model: ModelIn,
+    pid: PidIn,
+    w: PyReadonlyArray1<'py, f64>,
+) -> Outcome<[ComplexArray<'py>; 4]> {
+    let s = tune::sensitivities(&model.0, &pid.into(), w.as_slice().map_err(PyErr::from)?)?;
+    Ok([s.L, s.S, s.T, s.CS].map(|x| PyArray1::from_vec(py, x)))
+}
+
+#[pyfunction]
+fn phase_deg<'py>(
+    py: Python<'py>,
+    model: ModelIn,
+    input: usize,
+    w: PyReadonlyArray1<'py, f64>,
+) -> Outcome<Array<'py>> {
+    Ok(array(py, tune::phase_deg(&model.0, input, w.as_slice().map_err(PyErr::from)?)))
+}
+
+/// Lower and upper curve.
+type BandOut<'py> = (Array<'py>, Array<'py>);
+
+fn band(py: Python<'_>, band: Bands) -> BandOut<'_> {
+    (array(py, band.low), array(py, band.high))
+}
+
+#[pyfunction]
+fn step_band<'py>(
+    py: Python<'py>,
+    model: ModelIn,
+    P: PyReadonlyArray1<'py, f64>,
+    input: usize,
+    t: PyReadonlyArray1<'py, f64>,
+) -> Outcome<BandOut<'py>> {
+    let (P, t) = (P.as_slice().map_err(PyErr::from)?, t.as_slice().map_err(PyErr::from)?);
+    Ok(band(py, py.detach(|| tune::step_band(&model.0, P, input, t))?))
+}
+
+/// Bands of magnitude and of phase.
+#[pyfunction]
+fn bode_band<'py>(
+    py: Python<'py>,
+    model: ModelIn,
+    P: PyReadonlyArray1<'py, f64>,
+    input: usize,
+    w: PyReadonlyArray1<'py, f64>,
+) -> Outcome<(BandOut<'py>, BandOut<'py>)> {
+    let (P, w) = (P.as_slice().map_err(PyErr::from)?, w.as_slice().map_err(PyErr::from)?);
+    let (magnitude, phase) = py.detach(|| tune::bode_band(&model.0, P, input, w))?;
+    Ok((band(py, magnitude), band(py, phase)))
+}

@@ -1,0 +1,94 @@
+//! Models judged on records.
+
+use plantune_core::Limits;
+use plantune_core::validate::{self, CheckOptions, Residuals, Verdict};
+use pyo3::prelude::*;
+
+use crate::error::{Outcome, Raise};
+use crate::model::ModelIn;
+use crate::sim::start;
+use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(check, m)?)
+}
+
+/// The dict behind `plantune.validate.Verdict(**d)`.
+#[derive(IntoPyObject)]
+struct VerdictOut<'py> {
+    fit: f64,
+    fit_1step: f64,
+    rmse: f64,
+    loss: f64,
+    N: usize,
+    offset: f64,
+    rows: Vec<usize>,
+    yhat: Array<'py>,
+    errors: Array<'py>,
+    residuals: ResidualsOut<'py>,
+    widening: f64,
+    passed: bool,
+    notes: Vec<NoteOut>,
+}
+
+/// The dict behind `plantune.validate.Residuals(**d)`.
+#[derive(IntoPyObject)]
+struct ResidualsOut<'py> {
+    lags: Vec<i64>,
+    autocorr: Array<'py>,
+    band: f64,
+    cross_lags: Vec<i64>,
+    crosscorr: Vec<Array<'py>>,
+    cross_band: Array<'py>,
+}
+
+fn verdict_out(py: Python<'_>, verdict: Verdict) -> VerdictOut<'_> {
+    VerdictOut {
+        fit: verdict.fit,
+        fit_1step: verdict.fit_1step,
+        rmse: verdict.rmse,
+        loss: verdict.loss,
+        N: verdict.N,
+        offset: verdict.offset,
+        rows: verdict.simulated.rows,
+        yhat: array(py, verdict.simulated.yhat),
+        errors: array(py, verdict.errors),
+        residuals: residuals_out(py, verdict.residuals),
+        widening: verdict.widening,
+        passed: verdict.passed,
+        notes: notes(&verdict.notes),
+    }
+}
+
+fn residuals_out(py: Python<'_>, r: Residuals) -> ResidualsOut<'_> {
+    ResidualsOut {
+        lags: r.lags,
+        autocorr: array(py, r.autocorr),
+        band: r.band,
+        cross_lags: r.cross_lags,
+        crosscorr: r.crosscorr.into_iter().map(|c| array(py, c)).collect(),
+        cross_band: array(py, r.cross_band),
+    }
+}
+
+#[pyfunction]
+fn check<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    model: ModelIn,
+    x0: &str,
+    offset: Option<f64>,
+    lags: usize,
+    limits: LimitsIn,
+) -> Outcome<VerdictOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let options = CheckOptions { x0: start(x0)?, offset, lags };
+    match py.detach(|| validate::check(&model.0, &record, &options, &limits)) {
+        Ok(verdict) => Ok(verdict_out(py, verdict)),
+        Err((error, verdict)) => {
+            let partial = verdict.map(|v| verdict_out(py, *v).into_pyobject(py)).transpose()?;
+            Err(Raise::with_result(error, partial.map(|p| p.into_any().unbind())))
+        }
+    }
+}

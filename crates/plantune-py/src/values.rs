@@ -1,0 +1,138 @@
+//! Records, limits, models and notes across the border.
+
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use plantune_core::record::fingerprint;
+use plantune_core::{Limits, Note, Record};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error::Outcome;
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(check_record, m)?)?;
+    m.add_function(wrap_pyfunction!(default_limits, m)?)
+}
+
+/// A `plantune.Record`, by attribute.
+#[derive(FromPyObject)]
+pub struct RecordIn<'py> {
+    u: PyReadonlyArray2<'py, f64>,
+    y: PyReadonlyArray2<'py, f64>,
+    Ts: f64,
+    t0: f64,
+    starts: PyReadonlyArray1<'py, i64>,
+    valid: PyReadonlyArray2<'py, bool>,
+    rows: PyReadonlyArray1<'py, i64>,
+    u_names: Vec<String>,
+    y_names: Vec<String>,
+}
+
+impl RecordIn<'_> {
+    /// The core's view of the same memory, checked.
+    pub fn view(&self, limits: &Limits) -> Outcome<Record<'_>> {
+        let valid = self.valid.as_slice().map_err(PyErr::from)?;
+        let record = Record {
+            u: self.u.as_slice().map_err(PyErr::from)?,
+            y: self.y.as_slice().map_err(PyErr::from)?,
+            nu: self.u.shape()[1],
+            ny: self.y.shape()[1],
+            Ts: self.Ts,
+            t0: self.t0,
+            starts: self.starts.as_array().iter().map(|&s| s as usize).collect(),
+            valid: if valid.iter().fold(true, |all, v| all & v) { None } else { Some(valid) },
+            rows: Some(self.rows.as_slice().map_err(PyErr::from)?),
+            names: [self.u_names.as_slice(), self.y_names.as_slice()].concat(),
+        };
+        Ok(record.checked(limits)?)
+    }
+}
+
+/// `plantune.Limits`, by attribute.
+#[derive(FromPyObject)]
+pub struct LimitsIn {
+    D07: f64,
+    D08: f64,
+    D15: f64,
+    X01: f64,
+    X02: f64,
+    X03: f64,
+    X04: f64,
+    X05: f64,
+    X06: f64,
+    X08: f64,
+    V01: f64,
+}
+
+impl From<LimitsIn> for Limits {
+    fn from(l: LimitsIn) -> Self {
+        Limits {
+            D07: l.D07,
+            D08: l.D08,
+            D15: l.D15,
+            X01: l.X01,
+            X02: l.X02,
+            X03: l.X03,
+            X04: l.X04,
+            X05: l.X05,
+            X06: l.X06,
+            X08: l.X08,
+            V01: l.V01,
+        }
+    }
+}
+
+/// A note as the dict behind `plantune.Note(**d)`.
+#[derive(IntoPyObject)]
+pub struct NoteOut {
+    code: &'static str,
+    severity: &'static str,
+    #[pyo3(item("where"))]
+    place: Option<(String, Option<usize>, Option<f64>)>,
+    count: Option<usize>,
+    measured: Option<f64>,
+    limit: Option<f64>,
+    remedy: String,
+    text: String,
+}
+
+impl From<&Note> for NoteOut {
+    fn from(note: &Note) -> Self {
+        NoteOut {
+            code: note.code,
+            severity: note.severity.as_str(),
+            place: note.place.as_ref().map(|p| (p.column.clone(), p.row, p.time)),
+            count: note.count,
+            measured: note.measured,
+            limit: note.limit,
+            remedy: note.remedy.clone(),
+            text: note.text.clone(),
+        }
+    }
+}
+
+pub fn notes(notes: &[Note]) -> Vec<NoteOut> {
+    notes.iter().map(NoteOut::from).collect()
+}
+
+pub type Array<'py> = Bound<'py, PyArray1<f64>>;
+
+pub fn array<'py>(py: Python<'py>, x: Vec<f64>) -> Array<'py> {
+    PyArray1::from_vec(py, x)
+}
+
+/// Checks a record and returns the fingerprint of its numbers.
+#[pyfunction]
+fn check_record(py: Python<'_>, rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<String> {
+    let record = rec.view(&limits.into())?;
+    Ok(py.detach(|| fingerprint(&record)))
+}
+
+/// Every threshold by its code.
+#[pyfunction]
+fn default_limits(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let limits = PyDict::new(py);
+    for (code, value) in Limits::default().items() {
+        limits.set_item(code, value)?;
+    }
+    Ok(limits)
+}
