@@ -1,0 +1,21 @@
+"""Figures of records, models and loops: each takes results and draws them, computing nothing."""
+
+from plantune.plot.bode import bode
+from plantune.plot.closed_loop import closed_loop
+from plantune.plot.compare import compare
+from plantune.plot.delay import delay
+from plantune.plot.margins import margins
+from plantune.plot.record import record
+from plantune.plot.residuals import residuals
+from plantune.plot.step import step
+
+__all__ = [
+    "bode",
+    "closed_loop",
+    "compare",
+    "delay",
+    "margins",
+    "record",
+    "residuals",
+    "step",
+]
