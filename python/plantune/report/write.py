@@ -1,0 +1,93 @@
+"""Writes the page, whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from plantune.plot.embed import library
+from plantune.report import sections
+from plantune.report.text import escaped
+
+if TYPE_CHECKING:
+    from plantune.job import Run
+
+# Nothing may be loaded from anywhere: what the page needs is in it.
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'"
+)
+
+
+def write(path: str | os.PathLike[str], run: Run) -> Path:
+    """Write the report of a run as one HTML file that works off line.
+
+    Parameters
+    ----------
+    path : path
+        The file; an older one is replaced once the new one is complete.
+    run : Run
+        From `job.run`.
+
+    Returns
+    -------
+    Path
+        Where it was written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import plantune as pt
+    >>> run = pt.job.run(pt.datasets.hair_dryer())
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = write(Path(folder, "report.html"), run).read_text(encoding="utf-8")
+    >>> page.startswith("<!doctype html>"), "http-equiv" in page
+    (True, True)
+    """
+    path = Path(path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(_page(run), encoding="utf-8")
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+    return path
+
+
+def _page(run: Run) -> str:
+    """Put the sections together, top down."""
+    parts = [
+        sections.head(run),
+        sections.notes(run),
+        sections.settings(run),
+        sections.model(run),
+        sections.figures(run),
+        sections.indices(run),
+        sections.provenance(run),
+    ]
+    body = "\n".join(part for part in parts if part)
+    return f"""<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{escaped(run.title)} – plantune</title>
+<link rel="icon" href="data:,">
+<style>
+{_asset("page.css")}</style>
+</head>
+<body>
+{body}
+<script>{library()}</script>
+<script>
+{_asset("page.js")}</script>
+</body>
+</html>
+"""
+
+
+def _asset(name: str) -> str:
+    return files("plantune.report").joinpath(name).read_text(encoding="utf-8")
