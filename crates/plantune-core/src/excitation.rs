@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::linalg::{dot, symmetric_eigenvalues};
+use crate::linalg::{dot, extent, sum, symmetric_eigenvalues};
 use crate::record::Record;
 
 /// Refuses a record with an input that stands still (X01).
@@ -11,11 +11,7 @@ use crate::record::Record;
 /// digits has full rank, but it does not move.
 pub fn check_input_motion(rec: &Record, limits: &Limits) -> Result<()> {
     for i in 0..rec.nu {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for &x in rec.u.iter().skip(i).step_by(rec.nu) {
-            low = low.min(x);
-            high = high.max(x);
-        }
+        let (low, high) = extent(&rec.input(i));
         let travel = high - low;
         let size = low.abs().max(high.abs());
         if travel <= limits.X01 * size {
@@ -57,23 +53,25 @@ fn singular_ratio(gram: &[f64], most: usize, p: usize) -> f64 {
 /// anywhere has rank two), from its first row by the shift of one sample:
 /// `G[i+1][j+1] = G[i][j] + (row that enters) - (row that leaves)`.
 fn hankel_gram(rec: &Record, i: usize, p: usize) -> Vec<f64> {
-    let column: Vec<f64> = rec.u.iter().skip(i).step_by(rec.nu).copied().collect();
-    let mean = column.iter().sum::<f64>() / column.len() as f64;
-    let u: Vec<f64> = column.iter().map(|x| x - mean).collect();
+    let column = rec.input(i);
+    let mean = sum(&column) / column.len() as f64;
     let (mut gram, mut sums, mut rows) = (vec![0.0; p * p], vec![0.0; p], 0.0);
     for s in rec.segments().filter(|s| s.len() > p) {
-        let u = &u[s];
-        let n = u.len();
+        let column = &column[s];
+        let n = column.len();
+        let u = |k: usize| column[k] - mean;
         rows += (n - p + 1) as f64;
-        let mut own = vec![0.0; p * p];
+        let mut own = first_row(column, mean, p);
+        let mut moving = sum(&column[p - 1..]) - (n - p + 1) as f64 * mean;
         for j in 0..p {
-            let delayed = &u[p - 1 - j..n - j];
-            own[j] = dot(&u[p - 1..], delayed);
-            sums[j] += delayed.iter().sum::<f64>();
+            sums[j] += moving;
+            if j + 1 < p {
+                moving += u(p - 2 - j) - u(n - 1 - j);
+            }
         }
         for r in 1..p {
             for c in r..p {
-                own[r * p + c] = own[(r - 1) * p + c - 1] + u[p - 1 - r] * u[p - 1 - c] - u[n - r] * u[n - c];
+                own[r * p + c] = own[(r - 1) * p + c - 1] + u(p - 1 - r) * u(p - 1 - c) - u(n - r) * u(n - c);
             }
         }
         for r in 0..p {
@@ -83,6 +81,23 @@ fn hankel_gram(rec: &Record, i: usize, p: usize) -> Vec<f64> {
         }
     }
     (0..p * p).map(|rc| gram[rc] - sums[rc / p] * sums[rc % p] / rows).collect()
+}
+
+/// `sum_t u(t) u(t-j)` of the column without its mean, for `j = 0 … p-1`; in stretches that stay in the cache.
+fn first_row(column: &[f64], mean: f64, p: usize) -> Vec<f64> {
+    let mut row = vec![0.0; p * p];
+    let mut u = Vec::with_capacity(2048 + p);
+    let mut start = p - 1;
+    while start < column.len() {
+        let end = (start + 2048).min(column.len());
+        u.clear();
+        u.extend(column[start + 1 - p..end].iter().map(|x| x - mean));
+        for (j, entry) in row[..p].iter_mut().enumerate() {
+            *entry += dot(&u[p - 1..], &u[p - 1 - j..u.len() - j]);
+        }
+        start = end;
+    }
+    row
 }
 
 #[cfg(test)]

@@ -25,6 +25,10 @@ pub struct Limits {
     pub X08: f64,
     /// Least simulation fit on fresh data, in percent, for a verdict to pass.
     pub V01: f64,
+    /// Fit in percent by which a polynomial model may simulate fresh data better than a process model.
+    pub V03: f64,
+    /// Samples by which the delays of the two may differ, beside their uncertainty.
+    pub V04: f64,
 }
 
 impl Default for Limits {
@@ -41,13 +45,15 @@ impl Default for Limits {
             X06: 0.01,
             X08: 1e-10,
             V01: 50.0,
+            V03: 5.0,
+            V04: 1.0,
         }
     }
 }
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 11] {
+    pub fn items(&self) -> [(&'static str, f64); 13] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -60,6 +66,8 @@ impl Limits {
             ("X06", self.X06),
             ("X08", self.X08),
             ("V01", self.V01),
+            ("V03", self.V03),
+            ("V04", self.V04),
         ]
     }
 }

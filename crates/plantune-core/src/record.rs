@@ -3,10 +3,12 @@
 //! `u[k]` acts from `t[k]` to `t[k+1]`; `y[k]` is read at `t[k]`. Gaps and several
 //! experiments are the same thing: the first row of each contiguous segment.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::error::{Error, Result};
 use crate::limits::Limits;
+use crate::linalg::extent;
 use crate::note::Place;
 
 /// Inputs, outputs and what is known about them. Checked when made; see [`Record::new`].
@@ -123,6 +125,16 @@ impl<'a> Record<'a> {
         }
     }
 
+    /// Input `i` as a contiguous column.
+    pub fn input(&self, i: usize) -> Cow<'a, [f64]> {
+        contiguous(self.u, self.nu, i)
+    }
+
+    /// Output `i` as a contiguous column.
+    pub fn output(&self, i: usize) -> Cow<'a, [f64]> {
+        contiguous(self.y, self.ny, i)
+    }
+
     /// Input `i` as a name.
     pub fn input_name(&self, i: usize) -> &str {
         &self.names[i]
@@ -176,6 +188,10 @@ impl<'a> Record<'a> {
     }
 }
 
+fn contiguous(x: &[f64], width: usize, i: usize) -> Cow<'_, [f64]> {
+    if width == 1 { Cow::Borrowed(x) } else { x.iter().skip(i).step_by(width).copied().collect() }
+}
+
 /// Shift and power-of-two scale that bring a column to unit size without rounding its steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
@@ -187,9 +203,10 @@ pub struct Scale {
 
 impl Scale {
     /// Centred on the first value, if `centred`, and at most one in magnitude.
-    pub fn of(column: impl Iterator<Item = f64> + Clone, centred: bool) -> Self {
-        let zero = if centred { column.clone().next().unwrap_or(0.0) } else { 0.0 };
-        let travel = column.fold(0.0f64, |m, x| m.max((x - zero).abs()));
+    pub fn of(column: &[f64], centred: bool) -> Self {
+        let zero = if centred { column.first().copied().unwrap_or(0.0) } else { 0.0 };
+        let (low, high) = extent(column);
+        let travel = (high - zero).max(zero - low);
         let factor =
             if travel > 0.0 { 2f64.powi(-(travel.log2().ceil() as i32).clamp(-1000, 1000)) } else { 1.0 };
         Scale { zero, factor }

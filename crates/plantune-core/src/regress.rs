@@ -41,9 +41,8 @@ impl<'r, 'a> Regression<'r, 'a> {
             })
             .max();
         let runs = rec.runs(history.unwrap_or(0), na.unwrap_or(0), output);
-        let column = |x: &'a [f64], width: usize, i: usize| x.iter().skip(i).step_by(width).copied();
-        let u = (0..rec.nu).map(|i| Scale::of(column(rec.u, rec.nu, i), centred)).collect();
-        let y = Scale::of(column(rec.y, rec.ny, output), centred);
+        let u = (0..rec.nu).map(|i| Scale::of(&rec.input(i), centred)).collect();
+        let y = Scale::of(&rec.output(output), centred);
         Regression { rec, output, columns, runs, u, y }
     }
 

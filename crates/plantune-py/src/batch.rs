@@ -12,7 +12,8 @@ use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
-    m.add_function(wrap_pyfunction!(p1d, m)?)
+    m.add_function(wrap_pyfunction!(p1d, m)?)?;
+    m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
 /// The dict behind `plantune.Fit(**d)`; square and stacked arrays come flat.
@@ -122,4 +123,17 @@ fn least_squares<'py>(
         expected_digits: array(py, fit.expected_digits),
         notes: Vec::new(),
     })
+}
+
+/// Covariance and standard deviations of the first `n` parameters, `factor` times as wide.
+#[pyfunction]
+fn widened<'py>(
+    py: Python<'py>,
+    P: PyReadonlyArray1<'py, f64>,
+    n: usize,
+    factor: f64,
+) -> Outcome<(Array<'py>, Array<'py>)> {
+    let P = batch::widened(P.as_slice().map_err(PyErr::from)?, factor);
+    let sd = standard_deviations(&P, n);
+    Ok((array(py, P), array(py, sd)))
 }

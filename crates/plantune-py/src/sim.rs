@@ -1,7 +1,7 @@
 //! Models over records and in closed loops.
 
 use numpy::PyReadonlyArray1;
-use plantune_core::model::Model;
+use plantune_core::model::{Model, ProcessModel};
 use plantune_core::sim::{self, ClosedLoopSettings, Start};
 use plantune_core::tune::indices;
 use plantune_core::{Error, Limits};
@@ -13,6 +13,7 @@ use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(over_record, m)?)?;
+    m.add_function(wrap_pyfunction!(default_horizon, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop, m)?)
 }
 
@@ -81,14 +82,7 @@ fn closed_loop<'py>(
     offset: f64,
     u0: f64,
 ) -> Outcome<ResponseOut<'py>> {
-    let Model::Process(plant) = model.0 else {
-        return Err(Error::argument(
-            "model",
-            "a PolyModel",
-            "a ProcessModel (d2c converts first-order ones)",
-        )
-        .into());
-    };
+    let plant = plant(model)?;
     let slice = |x: &PyReadonlyArray1<'py, f64>| x.as_slice().map(<[f64]>::to_vec).map_err(PyErr::from);
     let (r, d, noise) = (slice(&r)?, slice(&d)?, slice(&noise)?);
     let settings = ClosedLoopSettings { dt, r: &r, d: &d, noise: &noise, offset, u0 };
@@ -115,4 +109,19 @@ fn closed_loop<'py>(
             total_variation: i.total_variation,
         },
     })
+}
+
+#[pyfunction]
+fn default_horizon(model: ModelIn, pid: PidIn) -> Outcome<f64> {
+    Ok(sim::default_horizon(&plant(model)?, &pid.into()))
+}
+
+fn plant(model: ModelIn) -> Outcome<ProcessModel> {
+    match model.0 {
+        Model::Process(plant) => Ok(plant),
+        Model::Poly(_) => {
+            Err(Error::argument("model", "a PolyModel", "a ProcessModel (d2c converts first-order ones)")
+                .into())
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Models judged on records.
 
 use plantune_core::Limits;
-use plantune_core::validate::{self, CheckOptions, Residuals, Verdict};
+use plantune_core::validate::{self, CheckOptions, Delay, Residuals, Scores, Verdict};
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
@@ -10,7 +10,8 @@ use crate::sim::start;
 use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_function(wrap_pyfunction!(check, m)?)
+    m.add_function(wrap_pyfunction!(check, m)?)?;
+    m.add_function(wrap_pyfunction!(judge, m)?)
 }
 
 /// The dict behind `plantune.validate.Verdict(**d)`.
@@ -91,4 +92,33 @@ fn check<'py>(
             Err(Raise::with_result(error, partial.map(|p| p.into_any().unbind())))
         }
     }
+}
+
+/// What the judge needs of a `plantune.validate.Verdict`, by attribute.
+#[derive(FromPyObject)]
+struct ScoresIn {
+    fit: f64,
+    rmse: f64,
+    widening: f64,
+}
+
+impl From<ScoresIn> for Scores {
+    fn from(s: ScoresIn) -> Self {
+        Scores { fit: s.fit, rmse: s.rmse, widening: s.widening }
+    }
+}
+
+/// Factor for the standard deviations of the process model, and notes.
+#[pyfunction]
+fn judge(
+    process: ScoresIn,
+    poly: ScoresIn,
+    delay: (f64, f64, f64),
+    nk: usize,
+    limits: LimitsIn,
+) -> (f64, Vec<NoteOut>) {
+    let (L, sd, Ts) = delay;
+    let (factor, found) =
+        validate::judge(&process.into(), &poly.into(), Delay { L, sd, Ts }, nk, &limits.into());
+    (factor, notes(&found))
 }

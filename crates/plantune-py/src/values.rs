@@ -61,6 +61,8 @@ pub struct LimitsIn {
     X06: f64,
     X08: f64,
     V01: f64,
+    V03: f64,
+    V04: f64,
 }
 
 impl From<LimitsIn> for Limits {
@@ -77,6 +79,8 @@ impl From<LimitsIn> for Limits {
             X06: l.X06,
             X08: l.X08,
             V01: l.V01,
+            V03: l.V03,
+            V04: l.V04,
         }
     }
 }

@@ -1,13 +1,15 @@
 //! Delay by a scan of ARX models, their order chosen as well.
 //!
 //! A first-order scan is a sample late on second-order plants, so every delay is tried with orders
-//! `n = na = nb = 1 … 4` and judged by BIC. All candidates share their rows: one QR holds every lag,
-//! and each candidate is a selection of its columns. Source 001, 3.5.4.
+//! `n = na = nb = 1 … 4`, the order judged by BIC. A delay that is too short loses nothing but a
+//! coefficient; so the longest delay is chosen that costs neither the loss nor what the input explains
+//! more than a share too small to matter. All candidates share their rows: one QR holds every lag, and each candidate is a
+//! selection of its columns. Source 001, 3.5.4.
 
 use crate::error::{Error, Result};
 use crate::excitation::{check_input_motion, excitation_order};
 use crate::limits::Limits;
-use crate::linalg::{Triangle, residual_norm2};
+use crate::linalg::{Triangle, dot, residual_norm2};
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::regress::{Column, Regression};
@@ -15,6 +17,12 @@ use crate::stats::f_tail;
 
 /// Highest order tried.
 const MOST_ORDER: usize = 4;
+
+/// Share of what the input explains that a longer delay may lose.
+const LOST: f64 = 0.02;
+
+/// Share of the least loss by which a longer delay may raise it.
+const RAISED: f64 = 0.05;
 
 /// Pivots below this share add nothing to a candidate.
 const TOLERANCE: f64 = 1e-10;
@@ -56,10 +64,16 @@ pub fn delay_scan(
     let candidates: Vec<usize> = best.iter().map(|c| c.nk).collect();
     let loss = best.iter().map(|c| scan.loss(c.rss)).collect();
     let orders = best.iter().map(|c| c.order).collect();
+    let winner = scan.longest_without_loss(&best);
     best.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let (winner, runner_up) = (best[0], best[1.min(best.len() - 1)]);
-    scan.check_relation(&winner, candidates.len() * most, limits)?;
-    let notes = notes(&scan, &winner, &runner_up, limits);
+    let runner_up = best.iter().copied().find(|c| c.nk != winner.nk).unwrap_or(winner);
+    let chance = scan.chance(&winner, candidates.len() * most);
+    if chance > limits.X04 {
+        if let Some(lag) = scan.follows_later((limits.X05 * rec.N() as f64) as usize) {
+            return Err(beyond(rec, input, lag, limits));
+        }
+    }
+    let notes = notes(&scan, &winner, &runner_up, chance, limits);
     Ok(DelayScan {
         nk: winner.nk,
         order: winner.order,
@@ -97,6 +111,16 @@ fn check(rec: &Record, input: usize, low: usize, high: usize, limits: &Limits) -
         .remedy(format!("scan up to {} or record longer", (most.ceil() as usize).saturating_sub(1))));
     }
     Ok(())
+}
+
+/// X05: y follows u only after more than a third of the record.
+fn beyond(rec: &Record, input: usize, lag: usize, limits: &Limits) -> Error {
+    let name = rec.input_name(input);
+    Error::new("X05", format!("y follows {name} only after about {lag} of {} rows", rec.N()))
+        .at(Place::column(name))
+        .count(rec.N())
+        .measured(lag as f64, limits.X05 * rec.N() as f64)
+        .remedy("record at least three times as long as the delay")
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -167,6 +191,14 @@ impl<'r, 'a> Scan<'r, 'a> {
             .unwrap_or(Candidate { nk, order: 1, rss: f64::INFINITY, bic: f64::INFINITY })
     }
 
+    fn longest_without_loss(&self, best: &[Candidate]) -> Candidate {
+        let least = best.iter().map(|c| c.rss).fold(f64::INFINITY, f64::min);
+        let own: Vec<usize> = (0..=self.most).collect();
+        let immaterial = (LOST * (self.rss(&own) - least)).min(RAISED * least);
+        let bound = least + immaterial + self.floor * self.N as f64;
+        best.iter().copied().filter(|c| c.rss <= bound).max_by_key(|c| c.nk).unwrap_or(best[0])
+    }
+
     fn rss(&self, columns: &[usize]) -> f64 {
         residual_norm2(&self.triangle, columns, self.triangle.n() - 1, TOLERANCE)
     }
@@ -175,62 +207,48 @@ impl<'r, 'a> Scan<'r, 'a> {
         rss / self.N as f64 / self.factor.powi(2)
     }
 
-    /// Refuses a delay that explains no more than the best of as many random inputs would.
-    fn check_relation(&self, winner: &Candidate, tried: usize, limits: &Limits) -> Result<()> {
+    /// p-value of what the input explains at the chosen delay, times the number of candidates tried.
+    fn chance(&self, winner: &Candidate, tried: usize) -> f64 {
         let own: Vec<usize> = (0..winner.order).chain([self.most]).collect();
-        let without = self.rss(&own);
         let freedom = (self.N - 2 * winner.order - 1) as f64;
         let b = winner.order as f64;
-        let F = (without - winner.rss) / b / (winner.rss / freedom).max(f64::MIN_POSITIVE);
-        let p = (tried as f64 * f_tail(F, b, freedom)).min(1.0);
-        if p <= limits.X04 {
-            return Ok(());
-        }
-        let name = self.rec.input_name(self.input);
-        Err(match self.correlated_beyond() {
-            Some(lag) => {
-                Error::new("X05", format!("y follows {name} only after about {lag} of {} rows", self.rec.N()))
-                    .measured(lag as f64, limits.X05 * self.rec.N() as f64)
-                    .remedy("record at least three times as long as the delay")
-            }
-            None => Error::new(
-                "X04",
-                format!(
-                    "no relation: no delay between {} and {} lets {name} explain y",
-                    self.low,
-                    self.low + self.triangle.n() - self.most - 3
-                ),
-            )
-            .measured(p, limits.X04)
-            .remedy("check that these two columns belong together; record with larger steps of the input"),
-        }
-        .at(Place::column(name))
-        .count(self.N))
+        let explained = (self.rss(&own) - winner.rss) / b;
+        (tried as f64 * f_tail(explained / (winner.rss / freedom).max(f64::MIN_POSITIVE), b, freedom))
+            .min(1.0)
     }
 
-    /// A lag beyond those scanned at which y clearly follows u, if there is one.
-    fn correlated_beyond(&self) -> Option<usize> {
+    /// A delay from `first` samples on at which changes of y clearly follow changes of u, if there is one.
+    fn follows_later(&self, first: usize) -> Option<usize> {
         let (rec, N) = (self.rec, self.rec.N());
-        let centred = |x: Vec<f64>| {
-            let mean = x.iter().sum::<f64>() / x.len() as f64;
-            x.into_iter().map(|v| v - mean).collect::<Vec<f64>>()
-        };
-        let u = centred((0..N).map(|k| rec.u_at(k, self.input)).collect());
-        let y = centred((0..N).map(|k| rec.y_at(k, 0)).collect());
+        let changes = |x: &[f64]| x.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>();
+        let (u, y) = (changes(&rec.input(self.input)), changes(&rec.output(0)));
         let strength = |lag: usize| {
-            let (u, y) = (&u[..N - lag], &y[lag..]);
-            let dot = |a: &[f64], b: &[f64]| crate::linalg::dot(a, b);
+            let (u, y) = (&u[..N - 1 - lag], &y[lag..]);
+            let moves = u.iter().filter(|x| **x != 0.0).count();
             let size = (dot(u, u) * dot(y, y)).sqrt();
-            if size > 0.0 { (dot(u, y) / size).abs() * (u.len() as f64).sqrt() } else { 0.0 }
+            if moves >= 10 && size > 0.0 { (dot(u, y) / size).abs() * (u.len() as f64).sqrt() } else { 0.0 }
         };
-        let (lag, most) =
-            (self.low + 1..N - N / 10).map(|lag| (lag, strength(lag))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (most > 4.5).then_some(lag)
+        let lags = first..N - N / 10;
+        let (lag, most) = lags.map(|lag| (lag, strength(lag))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (most > 6.0).then_some(lag)
     }
 }
 
-fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, limits: &Limits) -> Vec<Note> {
+fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, chance: f64, limits: &Limits) -> Vec<Note> {
     let mut notes = Vec::new();
+    let name = scan.rec.input_name(scan.input);
+    if chance > limits.X04 {
+        notes.push(
+            Note::warning(
+                "X04",
+                format!("no delay scanned lets {name} explain y one step ahead beyond chance"),
+            )
+            .at(Place::column(name))
+            .count(scan.N)
+            .measured(chance, limits.X04)
+            .remedy("trust a process model's delay, or record with more changes of the input"),
+        );
+    }
     let high = scan.low + scan.triangle.n() - scan.most * 2 - 2;
     let at_end = winner.nk == high || (winner.nk == scan.low && scan.low > 0);
     if at_end && high > scan.low {
@@ -239,7 +257,7 @@ fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, limits: &Limits
                 "X05",
                 format!("the best delay, {} samples, lies at the end of the range scanned", winner.nk),
             )
-            .at(Place::column(scan.rec.input_name(scan.input)))
+            .at(Place::column(name))
             .measured(winner.nk as f64, high as f64)
             .remedy("scan a wider range: nk=(low, high)"),
         );
@@ -254,7 +272,7 @@ fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, limits: &Limits
                 "X06",
                 format!("delays {} and {} explain y about equally well", winner.nk, runner_up.nk),
             )
-            .at(Place::column(scan.rec.input_name(scan.input)))
+            .at(Place::column(name))
             .measured(apart.abs(), limits.X06)
             .remedy("keep both, or record with faster changes of the input"),
         );

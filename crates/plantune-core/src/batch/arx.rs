@@ -7,11 +7,11 @@
 //! Source 000, (2.1-1) and (2.2-3) to (2.2-5).
 
 use super::fit::{Fit, Status};
-use super::least_squares::{expected_digits, too_short};
+use super::least_squares::{digits, rounding, too_short};
 use crate::error::{Error, Result};
 use crate::excitation::{check_input_motion, excitation_order};
 use crate::limits::Limits;
-use crate::linalg::{RankDeficient, Solution, solve};
+use crate::linalg::{RankDeficient, Solution, dot, solve, sum};
 use crate::model::{Model, PolyModel};
 use crate::note::{Note, Place};
 use crate::poly::at_one;
@@ -45,11 +45,11 @@ pub fn arx(rec: &Record, orders: &ArxOrders, offset: bool, limits: &Limits) -> R
     let every: Vec<usize> = (0..all).collect();
     let solution =
         solve(&triangle, &every, all, limits.X08).map_err(|e| not_exciting(rec, orders, &e, limits))?;
-    let digits = expected_digits(&triangle, &solution, &solution.theta, solution.rss);
+    let error = rounding(&triangle, &solution, &solution.theta, solution.rss);
 
     let mut fit = unscaled(&regression, orders, offset, &solution, N, rec.Ts);
     fit.names = names(rec, orders);
-    fit.expected_digits = digits[..n].to_vec();
+    fit.expected_digits = digits(&error[..n], &solution.theta[..n]);
     fit.x0 = rec.segments().map(|_| Vec::new()).collect();
     fit.notes = notes(&fit, limits);
     Ok(fit)
@@ -210,6 +210,13 @@ fn names(rec: &Record, orders: &ArxOrders) -> Vec<String> {
 fn not_exciting(rec: &Record, orders: &ArxOrders, refusal: &RankDeficient, limits: &Limits) -> Error {
     let order = excitation_order(rec, 0, 2 * (orders.na + orders.nb[0]), limits.X02);
     let wanted = orders.na + orders.nb[0];
+    if let Some((first, second, share)) = copied_input(rec) {
+        let (a, b) = (rec.input_name(first), rec.input_name(second));
+        return Error::new("X11", format!("inputs {a} and {b} copy each other"))
+            .at(Place::column(b))
+            .measured(share, 1e-10)
+            .remedy(format!("leave {b} out, or move it on its own"));
+    }
     let error = if rec.nu == 1 && order < wanted {
         Error::new("X02", format!("u supports {order} parameters of a linear model, {wanted} were asked for"))
             .remedy(format!("ask for na + nb <= {order}, or record with a PRBS or several steps"))
@@ -222,6 +229,24 @@ fn not_exciting(rec: &Record, orders: &ArxOrders, refusal: &RankDeficient, limit
         .at(Place::column(rec.input_name(0)))
         .count(refusal.dependent.len())
         .measured(refusal.ratio, limits.X08)
+}
+
+/// Two inputs whose centred columns agree but for a factor, and the share of the second that differs.
+fn copied_input(rec: &Record) -> Option<(usize, usize, f64)> {
+    let centred = |i: usize| {
+        let x = rec.input(i);
+        let mean = sum(&x) / x.len() as f64;
+        x.iter().map(|v| v - mean).collect::<Vec<f64>>()
+    };
+    let columns: Vec<Vec<f64>> = (0..rec.nu).map(centred).collect();
+    let pairs = (0..rec.nu).flat_map(|i| (i + 1..rec.nu).map(move |j| (i, j)));
+    pairs
+        .map(|(i, j)| {
+            let (a, b) = (&columns[i], &columns[j]);
+            let share = 1.0 - dot(a, b).powi(2) / (dot(a, a) * dot(b, b));
+            (i, j, share)
+        })
+        .find(|&(_, _, share)| share < 1e-10)
 }
 
 fn notes(fit: &Fit, limits: &Limits) -> Vec<Note> {

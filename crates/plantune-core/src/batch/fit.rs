@@ -65,3 +65,8 @@ pub fn standard_deviations(P: &[f64], n: usize) -> Vec<f64> {
     let size = P.len().isqrt();
     (0..n).map(|i| P[i * size + i].sqrt()).collect()
 }
+
+/// A covariance whose standard deviations are `factor` times as large.
+pub fn widened(P: &[f64], factor: f64) -> Vec<f64> {
+    P.iter().map(|p| p * factor * factor).collect()
+}

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! f = y - r - Phi theta,  g = -Phi' r        (exact sums)
-//! d = Q' f - R^-T g ...   dtheta = R^-1 d,   dr = f - Phi dtheta
+//! dtheta = R^-1 (Q' f) - (Phi' Phi)^-1 g,  dr = f - Phi dtheta
 //! ```
 //!
 //! Source 000, (2.2-3) to (2.2-5).
@@ -16,6 +16,9 @@ use crate::linalg::{RankDeficient, Solution, Triangle, solve};
 
 /// Pivots below this share of the largest mean rank deficiency.
 pub const RANK_TOLERANCE: f64 = 1e-14;
+
+/// Problems whose pivots stay above this share need no refinement.
+const WELL_CONDITIONED: f64 = 1e-2;
 
 /// Parameters with their covariance.
 #[derive(Clone, Debug)]
@@ -36,14 +39,17 @@ pub struct LinearFit {
 pub fn least_squares(phi: &[f64], n: usize, y: &[f64]) -> Result<LinearFit> {
     check(phi, n, y)?;
     let N = y.len();
-    let scaled = Scaled::new(phi, n, y);
+    let scaled = Scaled::new(phi, n);
     let triangle = scaled.triangle(y);
     let columns: Vec<usize> = (0..n).collect();
     let solution = solve(&triangle, &columns, n, RANK_TOLERANCE).map_err(|e| dependent(&e))?;
-    let theta = scaled.refine(&solution, &triangle, y);
+    let (theta, error) = match scaled.refined(&solution, y) {
+        Some(refined) => refined,
+        None => (solution.theta.clone(), rounding(&triangle, &solution, &solution.theta, solution.rss)),
+    };
     let rss: f64 = scaled.residuals(&theta, y).iter().map(|r| r * r).sum();
     let s2 = if N > n { rss / (N - n) as f64 } else { f64::NAN };
-    let digits = expected_digits(&triangle, &solution, &theta, rss);
+    let digits = digits(&error, &theta);
     let factor = |j: usize| scaled.factor[j];
     Ok(LinearFit {
         P: (0..n * n).map(|ij| s2 * solution.inverse_gram[ij] * factor(ij / n) * factor(ij % n)).collect(),
@@ -93,25 +99,25 @@ fn dependent(refusal: &RankDeficient) -> Error {
     .remedy("leave that column out or excite it")
 }
 
-/// Digits that rounding leaves, from a componentwise bound on `R theta = Q' y`:
+/// Decimal digits of each parameter that are left when it is wrong by `error`.
+pub(super) fn digits(error: &[f64], theta: &[f64]) -> Vec<f64> {
+    let digits = |(e, t): (&f64, &f64)| -(e / t.abs().max(f64::MIN_POSITIVE)).log10();
+    error.iter().zip(theta).map(digits).map(|d| d.clamp(0.0, 15.9)).collect()
+}
+
+/// Error that rounding causes in `R theta = Q' y`, from a componentwise bound:
 /// `|dtheta| <= eps (|R^-1| |R| |theta| + |(R'R)^-1| |R|' |r|)`.
-pub fn expected_digits(triangle: &Triangle, solution: &Solution, theta: &[f64], rss: f64) -> Vec<f64> {
+pub(super) fn rounding(triangle: &Triangle, solution: &Solution, theta: &[f64], rss: f64) -> Vec<f64> {
     let n = theta.len();
-    let eps = f64::EPSILON;
+    let length = |j: usize| (0..=j).map(|k| triangle.at(k, j).powi(2)).sum::<f64>().sqrt();
+    let lengths: Vec<f64> = (0..n).map(length).collect();
+    let product: f64 = theta.iter().zip(&lengths).map(|(t, l)| t.abs() * l).sum();
     (0..n)
         .map(|i| {
-            let gram = |j: usize| solution.inverse_gram[i * n + j].abs();
             let own = solution.inverse_gram[i * n + i].sqrt();
-            let length: f64 = (0..n)
-                .map(|j| theta[j].abs() * (0..=j).map(|k| triangle.at(k, j).powi(2)).sum::<f64>().sqrt())
-                .sum::<f64>();
-            let residual: f64 = (0..n)
-                .map(|j| gram(j) * (0..=j).map(|k| triangle.at(k, j).powi(2)).sum::<f64>().sqrt())
-                .sum::<f64>()
-                * rss.sqrt();
-            let error = eps * (own * length + residual);
-            let digits = -(error / theta[i].abs().max(f64::MIN_POSITIVE)).log10();
-            digits.clamp(0.0, 15.9)
+            let cross: f64 =
+                lengths.iter().enumerate().map(|(j, l)| solution.inverse_gram[i * n + j].abs() * l).sum();
+            f64::EPSILON * (own * product + cross * rss.sqrt())
         })
         .collect()
 }
@@ -124,7 +130,7 @@ struct Scaled<'a> {
 }
 
 impl<'a> Scaled<'a> {
-    fn new(phi: &'a [f64], n: usize, y: &[f64]) -> Self {
+    fn new(phi: &'a [f64], n: usize) -> Self {
         let factor = (0..n)
             .map(|j| {
                 let largest = phi.iter().skip(j).step_by(n).fold(0.0f64, |m, x| m.max(x.abs()));
@@ -135,7 +141,6 @@ impl<'a> Scaled<'a> {
                 }
             })
             .collect();
-        debug_assert_eq!(phi.len(), n * y.len());
         Scaled { phi, n, factor }
     }
 
@@ -144,8 +149,7 @@ impl<'a> Scaled<'a> {
     }
 
     fn triangle(&self, y: &[f64]) -> Triangle {
-        let rows: Vec<f64> = Vec::with_capacity(self.n + 1);
-        let mut row = rows;
+        let mut row: Vec<f64> = Vec::with_capacity(self.n + 1);
         let mut triangle = Triangle::new(self.n + 1);
         let mut block = crate::linalg::Block::new(self.n + 1);
         for (k, y) in y.iter().enumerate() {
@@ -174,28 +178,31 @@ impl<'a> Scaled<'a> {
         sum.0 + sum.1
     }
 
-    /// Björck's refinement; stops when a step no longer halves the correction.
-    fn refine(&self, solution: &Solution, triangle: &Triangle, y: &[f64]) -> Vec<f64> {
-        let n = self.n;
-        let mut theta = solution.theta.clone();
-        if solution.ratio > 1e-4 {
-            return theta;
+    /// Björck's refinement, for problems that need it: the solution and the error left in each entry.
+    ///
+    /// Stops when a step no longer halves the correction.
+    fn refined(&self, solution: &Solution, y: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        if solution.ratio > WELL_CONDITIONED {
+            return None;
         }
+        let n = self.n;
         let columns: Vec<usize> = (0..n).collect();
+        let mut theta = solution.theta.clone();
         let mut r = self.residuals(&theta, y);
-        let mut last = f64::INFINITY;
+        let (mut last, mut error) = (f64::INFINITY, vec![f64::INFINITY; n]);
         for _ in 0..10 {
             let f: Vec<f64> = y.iter().enumerate().map(|(k, &y)| self.residual(k, &theta, y, r[k])).collect();
             let g = self.minus_gradient(&r);
-            // min |f - Phi d|  plus  (Phi'Phi)^-1 (-g): the two parts of the augmented solution.
-            let Ok(step) = solve(&self.triangle(&f), &columns, n, RANK_TOLERANCE) else { break };
+            // min |f - Phi d| and (Phi'Phi)^-1 (-g): the two parts of the augmented solution.
+            let step = solve(&self.triangle(&f), &columns, n, RANK_TOLERANCE).ok()?;
             let d: Vec<f64> = (0..n)
-                .map(|i| step.theta[i] - (0..n).map(|j| solution.inverse_gram[i * n + j] * g[j]).sum::<f64>())
+                .map(|i| {
+                    let row = &solution.inverse_gram[i * n..][..n];
+                    step.theta[i] - row.iter().zip(&g).map(|(h, g)| h * g).sum::<f64>()
+                })
                 .collect();
-            let size = d
-                .iter()
-                .zip(&theta)
-                .fold(0.0f64, |m, (d, t)| m.max((d / t.abs().max(f64::MIN_POSITIVE)).abs()));
+            let relative = |(d, t): (&f64, &f64)| (d / t.abs().max(f64::MIN_POSITIVE)).abs();
+            let size = d.iter().zip(&theta).map(relative).fold(0.0, f64::max);
             if !(size < 0.5 * last) {
                 break;
             }
@@ -204,12 +211,12 @@ impl<'a> Scaled<'a> {
                 *r += f[k] - self.row(k).zip(&d).map(|(x, d)| x * d).sum::<f64>();
             }
             theta.iter_mut().zip(&d).for_each(|(t, d)| *t += d);
+            error = d.iter().zip(&theta).map(|(d, t)| d.abs().max(f64::EPSILON * t.abs())).collect();
             if size < f64::EPSILON {
                 break;
             }
         }
-        debug_assert_eq!(triangle.n(), n + 1);
-        theta
+        Some((theta, error))
     }
 
     /// `g = -Phi' r` in double-double.

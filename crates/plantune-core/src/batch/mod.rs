@@ -6,6 +6,6 @@ mod least_squares;
 mod process;
 
 pub use arx::{ArxOrders, arx};
-pub use fit::{Fit, Status, criteria, standard_deviations};
+pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use least_squares::{LinearFit, least_squares};
 pub use process::{ProcessOptions, p1d};

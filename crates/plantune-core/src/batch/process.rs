@@ -7,17 +7,29 @@
 //! of its own, from the best places of a correlation map. No regressor is held: each evaluation streams
 //! its rows through a QR.
 //!
+//! The input before a segment is unknown, so residuals start where the delayed input lies in the segment.
+//! A step test that begins at rest is the exception: there the plant starts in equilibrium with the input
+//! held before, and no row is given away, for the rest is all that fixes the offset.
+//!
 //! Golub and Pereyra 1973; Kaufman 1975; source 001, 3.5.6.
+
+use std::ops::Range;
 
 use super::fit::{Fit, Status};
 use super::least_squares::too_short;
 use crate::error::{Error, Result};
 use crate::excitation::check_input_motion;
 use crate::limits::Limits;
-use crate::linalg::{Block, Segmented, Solution, Triangle, dot, solve};
+use crate::linalg::{Block, Segmented, Solution, Triangle, dot, extent, solve};
 use crate::model::{Model, ProcessModel};
 use crate::note::{Note, Place};
 use crate::record::{Record, Scale};
+
+/// Moves of the input up to which a segment counts as a step test.
+const MOST_MOVES: usize = 10;
+
+/// Share of the output's travel that it may drift before the first move and still be at rest.
+const DRIFT: f64 = 0.05;
 
 /// What may be set.
 #[derive(Clone, Debug)]
@@ -91,10 +103,38 @@ struct Problem<'r, 'a> {
     y: Vec<f64>,
     scale_u: Scale,
     scale_y: Scale,
+    stretches: Vec<Stretch>,
     /// Delay cells allowed, in whole samples.
     cells: std::ops::RangeInclusive<usize>,
     /// Bounds of the delay, s.
     bounds: (f64, f64),
+}
+
+/// A segment, and whether its plant was at rest before it.
+struct Stretch {
+    rows: Range<usize>,
+    at_rest: bool,
+}
+
+impl Stretch {
+    /// First residual row when segments not at rest give `history` rows away.
+    fn first(&self, history: usize) -> usize {
+        if self.at_rest { self.rows.start } else { (self.rows.start + history).min(self.rows.end) }
+    }
+}
+
+/// Whether a segment is a step test that begins at rest: the input moves a few times only, and before its
+/// first move the output has not gone anywhere.
+fn starts_at_rest(rec: &Record, rows: &Range<usize>) -> bool {
+    let u = &rec.u[rows.clone()];
+    let moves = u.windows(2).filter(|w| w[0] != w[1]).count();
+    let held = u.iter().take_while(|&&x| x == u[0]).count();
+    if moves > MOST_MOVES || held < 3 || held == u.len() {
+        return false;
+    }
+    let (low, high) = extent(&rec.y[rows.clone()]);
+    let drift = rec.y[rows.start + held - 1] - rec.y[rows.start];
+    drift.abs() <= DRIFT * (high - low)
 }
 
 /// A point of the search: `L = m Ts + f`.
@@ -111,14 +151,17 @@ struct Point {
 
 impl<'r, 'a> Problem<'r, 'a> {
     fn new(rec: &'r Record<'a>, options: &ProcessOptions, limits: &'r Limits) -> Result<Self> {
-        let scale_u = Scale::of(rec.u.iter().copied(), options.offset);
-        let scale_y = Scale::of(rec.y.iter().copied(), options.offset);
+        let scale_u = Scale::of(rec.u, options.offset);
+        let scale_y = Scale::of(rec.y, options.offset);
         let span = rec.segments().map(|s| s.len()).max().unwrap_or(0);
         let default = (span as f64 / 4.0).min(200.0) * rec.Ts;
         let bounds = options.L.unwrap_or((0.0, default));
         let cell = |L: f64| (L / rec.Ts + 1e-9).floor() as usize;
+        let stretches =
+            rec.segments().map(|rows| Stretch { at_rest: starts_at_rest(rec, &rows), rows }).collect();
         let problem = Problem {
             rec,
+            stretches,
             limits,
             offset: options.offset,
             u: rec.u.iter().map(|&x| scale_u.apply(x)).collect(),
@@ -136,11 +179,15 @@ impl<'r, 'a> Problem<'r, 'a> {
         Ok(problem)
     }
 
-    /// Residual rows when each segment gives `history` rows away.
+    /// Segments long enough to count when `history` rows are given away.
+    fn stretches(&self, history: usize) -> impl Iterator<Item = &Stretch> {
+        self.stretches.iter().filter(move |s| s.rows.len() > history + 2)
+    }
+
+    /// Residual rows when each segment not at rest gives `history` rows away.
     fn rows(&self, history: usize) -> usize {
-        self.rec
-            .segments()
-            .flat_map(|s| (s.start + history).min(s.end)..s.end)
+        self.stretches(history)
+            .flat_map(|s| s.first(history)..s.rows.end)
             .filter(|&k| self.rec.is_valid(k, 0))
             .count()
     }
@@ -159,11 +206,13 @@ impl<'r, 'a> Problem<'r, 'a> {
         let (shortest, longest) = (0.3 * self.rec.Ts, span);
         let count = 14;
         let mut map: Vec<(f64, f64, usize)> = Vec::new();
+        let y = Sums::new(&self.y);
         for i in 0..count {
             let T = shortest * (longest / shortest).powf(f64::from(i) / f64::from(count - 1));
-            let w = self.filtered(T);
+            let filtered = self.filtered(T);
+            let w = Sums::new(&filtered);
             for m in self.cells.clone() {
-                map.push((self.correlation(&w, m), T, m));
+                map.push((self.correlation(&w, &y, m), T, m));
             }
         }
         map.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -195,16 +244,16 @@ impl<'r, 'a> Problem<'r, 'a> {
     }
 
     /// Squared correlation of `y(t)` and `w(t - m)`, means removed.
-    fn correlation(&self, w: &[f64], m: usize) -> f64 {
+    fn correlation(&self, w: &Sums, y: &Sums, m: usize) -> f64 {
         let (mut n, mut sw, mut sy, mut sww, mut syy, mut swy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         for s in self.rec.segments().filter(|s| s.len() > m + 1) {
-            let (w, y) = (&w[s.start..s.end - m], &self.y[s.start + m..s.end]);
-            n += w.len() as f64;
-            sw += w.iter().sum::<f64>();
-            sy += y.iter().sum::<f64>();
-            sww += dot(w, w);
-            syy += dot(y, y);
-            swy += dot(w, y);
+            let (earlier, later) = (s.start..s.end - m, s.start + m..s.end);
+            n += earlier.len() as f64;
+            sw += w.sum(&earlier);
+            sy += y.sum(&later);
+            sww += w.squares(&earlier);
+            syy += y.squares(&later);
+            swy += dot(&w.x[earlier], &y.x[later]);
         }
         let (vw, vy, c) = (sww - sw * sw / n, syy - sy * sy / n, swy - sw * sy / n);
         if n > 3.0 && vw > 0.0 && vy > 0.0 { c * c / (vw * vy) * (1.0 - 3.0 / n) } else { 0.0 }
@@ -217,7 +266,7 @@ impl<'r, 'a> Problem<'r, 'a> {
         let Ts = self.rec.Ts;
         // The same residual rows in every cell, so that costs compare.
         let reach = *self.cells.end();
-        let room = |m: usize| (m + (m / 8).max(3)).min(reach) + 1;
+        let room = |m: usize| (m + 2).min(reach) + 1;
         let start = Point {
             ln_T: T.ln(),
             m,
@@ -252,7 +301,9 @@ impl<'r, 'a> Problem<'r, 'a> {
         let history = points.iter().map(|p| p.history).max()?;
         let cost =
             |p: &Point| self.evaluate(&Point { history, ..*p }).map_or(f64::INFINITY, |(cost, _)| cost);
-        points.iter().map(|p| (cost(p), *p)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p)
+        let best = points.iter().map(|p| (cost(p), *p)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p)?;
+        // On its way down in delay a search gives away rows that its end does not need.
+        self.search(best.ln_T.exp(), best.m).or(Some(best))
     }
 
     /// Levenberg-Marquardt in `(ln T, f)` inside one cell, `0 <= f <= Ts`.
@@ -303,7 +354,7 @@ impl<'r, 'a> Problem<'r, 'a> {
     fn evaluate(&self, point: &Point) -> Option<(f64, Linear)> {
         let mut problem = Segmented::new(1, self.linear());
         let shape = Shape::new(point, self.rec.Ts);
-        for s in self.rec.segments().filter(|s| s.len() > point.history + 2) {
+        for s in self.stretches(point.history) {
             problem.push(self.segment(s, point, &shape, None));
         }
         let columns: Vec<usize> = (0..self.linear()).collect();
@@ -328,8 +379,7 @@ impl<'r, 'a> Problem<'r, 'a> {
     fn full(&self, point: &Point, linear: &Linear) -> Triangle {
         let mut problem = Segmented::new(1, self.linear() + 2);
         let shape = Shape::new(point, self.rec.Ts);
-        let segments = self.rec.segments().filter(|s| s.len() > point.history + 2);
-        for (s, x0) in segments.zip(&linear.x0) {
+        for (s, x0) in self.stretches(point.history).zip(&linear.x0) {
             problem.push(self.segment(s, point, &shape, Some((linear.theta[0], x0[0]))));
         }
         problem.common().clone()
@@ -337,28 +387,20 @@ impl<'r, 'a> Problem<'r, 'a> {
 
     /// Triangle of one segment's rows `[a^k | xi, 1 | dyhat/dlnT, dyhat/d(L/Ts) | y]`; the
     /// derivatives only where gain and initial state are given.
-    fn segment(
-        &self,
-        s: std::ops::Range<usize>,
-        point: &Point,
-        shape: &Shape,
-        at: Option<(f64, f64)>,
-    ) -> Triangle {
+    fn segment(&self, s: &Stretch, point: &Point, shape: &Shape, at: Option<(f64, f64)>) -> Triangle {
         let n = 1 + self.linear() + if at.is_some() { 2 } else { 0 } + 1;
         let (mut triangle, mut block) = (Triangle::new(n), Block::new(n));
         let mut row = [0.0; 6];
-        let u = &self.u[s.clone()];
-        let mut state = ShapeState::default();
-        let first = point.history;
+        let u = &self.u[s.rows.clone()];
+        let first = s.first(point.history) - s.rows.start;
+        let mut state = if s.at_rest { ShapeState::at_rest(u[0]) } else { ShapeState::free() };
         for k in first..u.len() {
             if k > first {
-                state.advance(
-                    shape,
-                    u[k - point.m - 1],
-                    if k > point.m + 1 { u[k - point.m - 2] } else { u[0] },
-                );
+                // Rows before the segment are asked for only at rest, where the input was held.
+                let (newer, older) = (k.saturating_sub(point.m + 1), k.saturating_sub(point.m + 2));
+                state.advance(shape, u[newer], u[older]);
             }
-            if !self.rec.is_valid(s.start + k, 0) {
+            if !self.rec.is_valid(s.rows.start + k, 0) {
                 continue;
             }
             let mut j = 0;
@@ -375,7 +417,7 @@ impl<'r, 'a> Problem<'r, 'a> {
                 put(K * state.xi_ln_T + x0 * state.decay_ln_T);
                 put(K * state.xi_L);
             }
-            put(self.y[s.start + k]);
+            put(self.y[s.rows.start + k]);
             block.push(&row[..n]);
             if block.free() == 0 {
                 triangle.absorb(&mut block);
@@ -396,7 +438,8 @@ impl<'r, 'a> Problem<'r, 'a> {
         let solution = solve(&self.full(best, &linear), &every, n + 2, 1e-12)
             .map_err(|_| no_relation(self.rec, f64::NAN, self.limits))?;
         let N = self.rows(best.history);
-        let parameters = n + 2 + linear.x0.len();
+        let states = self.stretches(best.history).filter(|s| !s.at_rest).count();
+        let parameters = n + 2 + states;
         if N <= parameters {
             return Err(too_short(N, parameters));
         }
@@ -408,13 +451,17 @@ impl<'r, 'a> Problem<'r, 'a> {
         let offset = linear.theta.get(1).copied().unwrap_or(0.0) / self.scale_y.factor;
         let s2 = rss / (N - parameters) as f64;
         let model = ProcessModel { K, T, L };
-        let history_state = |x: &Vec<f64>| vec![x[0] / self.scale_y.factor];
+        // The state without the offset, at the first residual row of each segment.
+        let state = |(s, x): (&Stretch, &Vec<f64>)| {
+            let held = if s.at_rest { self.rec.u[s.rows.start] } else { self.scale_u.zero };
+            vec![K * held + x[0] / self.scale_y.factor]
+        };
         Ok(Fit {
             theta: vec![K, T, L],
             P: self.covariance(&solution, s2, T, gain_unit),
             names: ["K", "T", "L"].map(str::to_owned).to_vec(),
             offset: if self.offset { self.scale_y.zero - K * self.scale_u.zero + offset } else { 0.0 },
-            x0: linear.x0.iter().map(history_state).collect(),
+            x0: self.stretches(best.history).zip(&linear.x0).map(state).collect(),
             N,
             loss: rss / N as f64 / self.scale_y.factor.powi(2),
             status: best.status,
@@ -458,11 +505,11 @@ impl<'r, 'a> Problem<'r, 'a> {
     fn check_relation(&self, best: &Point, rss: f64, N: usize) -> Result<()> {
         let mut problem = Segmented::new(1, usize::from(self.offset));
         let shape = Shape::new(best, self.rec.Ts);
-        for s in self.rec.segments().filter(|s| s.len() > best.history + 2) {
+        for s in self.stretches(best.history) {
             let mut triangle = Triangle::new(2 + usize::from(self.offset));
             let mut block = Block::new(triangle.n());
-            let mut decay = 1.0;
-            for k in s.start + best.history..s.end {
+            let mut decay = if s.at_rest { 0.0 } else { 1.0 };
+            for k in s.first(best.history)..s.rows.end {
                 if self.rec.is_valid(k, 0) {
                     let row = [decay, 1.0, self.y[k]];
                     if self.offset {
@@ -500,6 +547,12 @@ impl<'r, 'a> Problem<'r, 'a> {
                     .remedy("record longer"),
             );
         }
+        if self.stretches(best.history).any(|s| s.at_rest) {
+            notes.push(Note::info(
+                "X07",
+                "a step test that begins at rest: the plant is taken as in equilibrium before it",
+            ));
+        }
         if best.status != Status::Converged {
             notes.push(
                 Note::warning("N05", "the search stopped before the gradient test passed")
@@ -525,6 +578,35 @@ impl<'r, 'a> Problem<'r, 'a> {
             );
         }
         notes
+    }
+}
+
+/// A signal with its running sums, so that those of any stretch cost two look-ups.
+struct Sums<'x> {
+    x: &'x [f64],
+    first: Vec<f64>,
+    second: Vec<f64>,
+}
+
+impl<'x> Sums<'x> {
+    fn new(x: &'x [f64]) -> Self {
+        let running = |f: fn(f64) -> f64| {
+            let mut sum = 0.0;
+            let sums = x.iter().map(|&v| {
+                sum += f(v);
+                sum
+            });
+            std::iter::once(0.0).chain(sums).collect()
+        };
+        Sums { x, first: running(|v| v), second: running(|v| v * v) }
+    }
+
+    fn sum(&self, rows: &Range<usize>) -> f64 {
+        self.first[rows.end] - self.first[rows.start]
+    }
+
+    fn squares(&self, rows: &Range<usize>) -> f64 {
+        self.second[rows.end] - self.second[rows.start]
     }
 }
 
@@ -572,13 +654,17 @@ struct ShapeState {
     decay_ln_T: f64,
 }
 
-impl Default for ShapeState {
-    fn default() -> Self {
+impl ShapeState {
+    /// The state is a parameter of its own: the response counts from zero.
+    fn free() -> Self {
         ShapeState { xi: 0.0, xi_ln_T: 0.0, xi_L: 0.0, decay: 1.0, decay_ln_T: 0.0 }
     }
-}
 
-impl ShapeState {
+    /// In equilibrium with the held input.
+    fn at_rest(u: f64) -> Self {
+        ShapeState { xi: u, decay: 0.0, ..ShapeState::free() }
+    }
+
     fn advance(&mut self, c: &Shape, newer: f64, older: f64) {
         self.xi_ln_T = c.a * self.xi_ln_T + c.a_ln_T * self.xi + c.b1_ln_T * newer + c.b2_ln_T * older;
         self.xi_L = c.a * self.xi_L + c.b1_L * (newer - older);

@@ -9,7 +9,7 @@ mod solve;
 
 pub use draws::normal_draws;
 pub use eigen::{eigenvalues, symmetric_eigenvalues};
-pub use kernel::dot;
+pub use kernel::{dot, extent, sum};
 pub use qr::{BLOCK, Block, Triangle};
 pub use segmented::Segmented;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve};

@@ -5,8 +5,6 @@
 //! Householder QR is invariant to column scaling, so scaling and pivoting wait until
 //! the triangle is solved ([`super::solve`]).
 
-use super::kernel::{dot, reflect};
-
 /// Rows of a block: ten columns of it fit into the first-level cache.
 pub const BLOCK: usize = 256;
 
@@ -82,21 +80,7 @@ impl Triangle {
         for column in block.data.chunks_exact_mut(BLOCK) {
             column[block.rows..].fill(0.0);
         }
-        let n = self.n;
-        for j in 0..n {
-            let (head, rest) = block.data.split_at_mut((j + 1) * BLOCK);
-            let x = &head[j * BLOCK..];
-            let below = dot(x, x);
-            if below == 0.0 {
-                continue;
-            }
-            let (diagonal, top) = self.r[j * n + j..(j + 1) * n].split_first_mut().expect("j < n");
-            let norm = (*diagonal * *diagonal + below).sqrt();
-            let v0 = *diagonal + norm.copysign(*diagonal);
-            let beta = norm * (norm + diagonal.abs()); // v'v / 2
-            *diagonal = -norm.copysign(*diagonal);
-            reflect(x, v0, beta, top, rest);
-        }
+        super::kernel::absorb(&mut self.r, self.n, &mut block.data);
         block.rows = 0;
     }
 

@@ -111,6 +111,12 @@ pub fn closed_loop(model: &ProcessModel, pid: &Pid, settings: &ClosedLoopSetting
     Ok(out)
 }
 
+/// Seconds until a loop of sound settings has settled many times over.
+pub fn default_horizon(model: &ProcessModel, pid: &Pid) -> f64 {
+    let closed = if pid.Ki != 0.0 { 1.0 / (model.K * pid.Ki).abs() } else { 0.0 };
+    12.0 * (closed + model.T / (1.0 + (model.K * pid.Kp).abs()) + model.L)
+}
+
 fn check(pid: &Pid, settings: &ClosedLoopSettings) -> Result<()> {
     pid.check()?;
     let steps = settings.r.len();

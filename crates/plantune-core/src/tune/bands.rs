@@ -3,7 +3,7 @@
 use super::margins::{Margins, margins};
 use crate::error::{Error, Result};
 use crate::linalg::normal_draws;
-use crate::model::{Model, Pid};
+use crate::model::{Model, Pid, ProcessModel};
 use crate::stats::quantile;
 
 /// Models drawn; in antithetic pairs.
@@ -69,7 +69,8 @@ pub fn phase_deg(model: &Model, i: usize, w: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Draws around the model's parameters; those that describe no plant are left out.
+/// Draws around the model's parameters; a drawn delay below zero counts as none, and draws that
+/// describe no plant are left out.
 fn sound_draws(model: &Model, P: &[f64]) -> Result<Vec<Model>> {
     let theta = model.theta();
     let n = theta.len();
@@ -83,11 +84,15 @@ fn sound_draws(model: &Model, P: &[f64]) -> Result<Vec<Model>> {
     }
     let own: Vec<f64> = (0..n * n).map(|ij| P[ij / n * size + ij % n]).collect();
     let draws = normal_draws(&theta, &own, DRAWS, SEED);
-    let models: Vec<Model> = draws.iter().map(|t| model.with_theta(t)).filter(Model::is_sound).collect();
+    let drawn = |theta: &Vec<f64>| match model.with_theta(theta) {
+        Model::Process(m) => Model::Process(ProcessModel { L: m.L.max(0.0), ..m }),
+        poly => poly,
+    };
+    let models: Vec<Model> = draws.iter().map(drawn).filter(Model::is_sound).collect();
     if models.len() < DRAWS / 2 {
         return Err(Error::new(
             "X07",
-            "more than half of the models inside the uncertainty are no plants (T <= 0 or L < 0)",
+            "more than half of the models inside the uncertainty are no plants (T <= 0)",
         )
         .count(DRAWS - models.len())
         .measured(models.len() as f64 / DRAWS as f64, 0.5)

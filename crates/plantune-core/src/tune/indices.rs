@@ -92,8 +92,19 @@ fn settled(x: &[f64], band: f64) -> f64 {
     }
 }
 
+/// The largest value; where two straight stretches meet between nodes, the corner.
 fn largest(x: &[f64]) -> f64 {
-    x.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    let k = (0..x.len()).max_by(|&i, &j| x[i].total_cmp(&x[j])).unwrap_or(0);
+    let corner = |left: usize| {
+        // The lines through (left-1, left) and (left+1, left+2).
+        let (rise, fall) = (x[left] - x[left - 1], x[left + 1] - x[left + 2]);
+        let at = (x[left + 1] + fall - x[left]) / (rise + fall);
+        let meets = rise > 0.0 && fall > 0.0 && (0.0..=1.0).contains(&at);
+        if meets { x[left] + rise * at } else { x[k] }
+    };
+    let lefts = k.saturating_sub(1)..=k;
+    let inside = lefts.filter(|&left| left >= 1 && left + 2 < x.len());
+    inside.map(corner).fold(x[k], f64::max)
 }
 
 /// The peak of a parabola through the largest value and its neighbours.

@@ -1,7 +1,9 @@
 //! Whether a model holds on data: fit, criteria, residuals.
 
+mod judge;
 mod residuals;
 mod verdict;
 
+pub use judge::{Delay, Scores, judge};
 pub use residuals::{Residuals, residuals};
 pub use verdict::{CheckOptions, Verdict, check};

@@ -169,7 +169,7 @@ fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<
         peak.map(|(lag, r)| (outside.len(), lag, r))
     };
     // One lag in a hundred leaves a 99 % band by chance.
-    let allowed = |lags: usize| 1 + lags / 50;
+    let allowed = |lags: usize| 1 + lags / 20;
     if let Some((count, lag, r)) = worst(&residuals.lags, &residuals.autocorr, residuals.band, 1) {
         if count > allowed(residuals.lags.len()) {
             notes.push(

@@ -1,0 +1,127 @@
+"""Refusals, one class per exit code; every one carries its evidence.
+
+::
+
+    PlantuneError
+    ├── UsageError        U01            wrong argument                 exit 2
+    ├── DataError         D01 … D20      the data are wrong             exit 2
+    ├── NotIdentifiable   X.., M..       the data do not support it     exit 3
+    ├── NumericsError     N..            the numbers cannot be trusted  exit 4
+    └── RunError          R.., C..       a running service              exit 5
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class PlantuneError(Exception):
+    """A refusal: `code`, `where`, `count`, `measured`, `limit`, `remedy`, and `result` if partial."""
+
+    exit_code = 1
+
+    def __init__(
+        self,
+        text: str,
+        *,
+        code: str,
+        where: tuple[str, int | None, float | None] | None = None,
+        count: int | None = None,
+        measured: float | None = None,
+        limit: float | None = None,
+        remedy: str = "",
+        result: Any = None,
+    ) -> None:
+        super().__init__(text)
+        self.text = text
+        self.code = code
+        self.where = where
+        self.count = count
+        self.measured = measured
+        self.limit = limit
+        self.remedy = remedy
+        self.result = result
+
+    def __str__(self) -> str:
+        """At most three lines: what; where, how many, measured against which limit; what to do."""
+        lines = [f"{self.code}: {self.text}", evidence(self), f"do: {self.remedy}"]
+        return "\n".join(line for line in lines if line and line != "do: ")
+
+    def __reduce__(self) -> Any:
+        fields = ("code", "where", "count", "measured", "limit", "remedy", "result")
+        return _restore, (type(self), self.text, {name: getattr(self, name) for name in fields})
+
+
+class UsageError(PlantuneError, ValueError):
+    """A wrong argument (U01)."""
+
+    exit_code = 2
+
+
+class DataError(PlantuneError, ValueError):
+    """The data are wrong (D01 to D20)."""
+
+    exit_code = 2
+
+
+class NotIdentifiable(PlantuneError):  # noqa: N818 - the name says what is wrong
+    """The data do not support what was asked (X and M codes)."""
+
+    exit_code = 3
+
+
+class NumericsError(PlantuneError, ArithmeticError):
+    """The numbers cannot be trusted (N codes)."""
+
+    exit_code = 4
+
+
+class RunError(PlantuneError):
+    """A running service cannot go on (R and C codes)."""
+
+    exit_code = 5
+
+
+_CLASSES = {
+    "U": UsageError,
+    "D": DataError,
+    "X": NotIdentifiable,
+    "M": NotIdentifiable,
+    "N": NumericsError,
+    "R": RunError,
+    "C": RunError,
+}
+
+
+def refusal(code: str, text: str, **evidence: Any) -> PlantuneError:
+    """Return the exception for a code, its class picked by the code's first letter."""
+    return _CLASSES[code[0]](text, code=code, **evidence)
+
+
+def from_core(note: dict[str, Any], result: Any = None) -> PlantuneError:
+    """Return the exception for a refusal of the core."""
+    note = dict(note)
+    del note["severity"]
+    return refusal(note.pop("code"), note.pop("text"), result=result, **note)
+
+
+def evidence(finding: Any) -> str:
+    """Return where, how many and measured against which limit, as one line."""
+    parts = []
+    if finding.where is not None:
+        column, row, time = finding.where
+        at = [column] if column else []
+        if row is not None:
+            at.append(f"row {row}")
+        if time is not None:
+            at.append(f"{time:.6g} s")
+        parts.append("at " + ", ".join(at))
+    if finding.count is not None:
+        parts.append(f"count {finding.count}")
+    if finding.measured is not None:
+        parts.append(f"measured {finding.measured:.4g}, limit {finding.limit:.4g}")
+    return "; ".join(parts)
+
+
+def _restore(kind: type[PlantuneError], text: str, fields: dict[str, Any]) -> PlantuneError:
+    return kind(text, **fields)

@@ -1,0 +1,8 @@
+"""Estimation: a record in, a fitted model with its uncertainty out."""
+
+from plantune.estimate.arx import arx
+from plantune.estimate.fit import Fit
+from plantune.estimate.least_squares import least_squares
+from plantune.estimate.process import process
+
+__all__ = ["Fit", "arx", "least_squares", "process"]

@@ -1,0 +1,159 @@
+"""What every batch estimator returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plantune.errors import refusal
+from plantune.models import PolyModel, ProcessModel
+from plantune.models.convert import from_core
+from plantune.notes import Limits, Note, notes_from_core
+from plantune.record import Floats, Record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fit:
+    """A fitted model with its uncertainty.
+
+    Attributes
+    ----------
+    model : PolyModel, ProcessModel or None
+        None for a plain least-squares problem.
+    theta, sd : array (n,)
+        Parameters and their standard deviations.
+    P : array (m, m)
+        Covariance of `theta`, then of the offset where it was estimated.
+    names : tuple of str
+        One per parameter.
+    offset : array (ny,)
+        `O` in `y = G u + O`, in the record's units; for integrating models the drift.
+    x0 : array (segments, n)
+        Initial state of each segment at its first row with history.
+    N : int
+        Rows used.
+    loss, fpe, aic, bic : float
+        Mean squared one-step prediction error and the criteria from it.
+    status : str
+        How the estimation ended.
+    expected_digits : array (n,)
+        Decimal digits that rounding leaves.
+    notes : tuple of Note
+        Doubts.
+    source : str
+        Fingerprint of the record.
+    rows : array (k, 2)
+        First and last original row of each stretch of the record.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> print(pt.estimate.arx(pt.datasets.hair_dryer(), 2, 2, 3))  # doctest: +ELLIPSIS
+    ARX: A(q) y(t) = B(q) u(t - 3) + e(t)
+      a1      -1.264 ± 0.0124
+    ...
+    """
+
+    method: str
+    model: PolyModel | ProcessModel | None
+    theta: Floats
+    P: Floats
+    sd: Floats
+    names: tuple[str, ...]
+    offset: Floats
+    x0: Floats
+    N: int
+    loss: float
+    fpe: float
+    aic: float
+    bic: float
+    status: str
+    expected_digits: Floats
+    notes: tuple[Note, ...]
+    source: str
+    rows: NDArray[np.int64]
+
+    def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
+        """Return the output for the input `u`, offset included, the plant at rest before row 0.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> fit = pt.estimate.process(pt.datasets.engine_loop(), "P1D")
+        >>> fit.simulate([0.0, 0.0], Ts=0.02).round(3)
+        array([583.451, 583.451])
+        """
+        return self._need_model().simulate(u, Ts, x0) + self.offset[0]
+
+    def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
+        """Return the output predicted `horizon` steps ahead on a record; None simulates.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> rec = pt.datasets.engine_loop()
+        >>> fit = pt.estimate.process(rec, "P1D")
+        >>> bool(abs(fit.predict(rec) - rec.y[:, 0])[20:].max() < 1e-6)
+        True
+        """
+        return self._need_model().predict(rec, horizon, float(self.offset[0]))
+
+    def _need_model(self) -> PolyModel | ProcessModel:
+        if self.model is None:
+            raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")
+        return self.model
+
+    def __str__(self) -> str:
+        head = "" if self.model is None else ": " + str(self.model).splitlines()[0]
+        width = max(len(name) for name in (*self.names, "offset"))
+        lines = [
+            f"  {name:<{width}} {value:12.6g} ± {sd:.3g}"
+            for name, value, sd in zip(self.names, self.theta, self.sd, strict=True)
+        ]
+        if len(self.P) > len(self.theta):
+            sd = self.offset_sd
+            lines.append(f"  {'offset':<{width}} {self.offset[0]:12.6g} ± {sd:.3g}")
+        tail = f"  {self.N} rows, loss {self.loss:.4g}, {self.status}"
+        return "\n".join([self.method + head, *lines, tail, *(f"  {n}" for n in self.notes)])
+
+    @property
+    def offset_sd(self) -> float:
+        """Standard deviation of the offset; NaN where it was not estimated."""
+        n = len(self.theta)
+        return float(np.sqrt(self.P[n, n])) if len(self.P) > n else float("nan")
+
+
+def fit_from_core(
+    d: Mapping[str, Any], method: str, rec: Record | None, limits: Limits
+) -> Fit:
+    """Return the fit that the core sends as a dict."""
+    d = dict(d)
+    size = len(d["theta"]) if d["offset"] is None else round(len(d["P"]) ** 0.5)
+    model = None if d["model"] is None else from_core(d["model"])
+    offset = [] if d["offset"] is None else [d["offset"]]
+    states = len(d["x0"][0]) if d["x0"] else 0
+    return Fit(
+        method=method,
+        **{
+            **d,
+            "model": model,
+            "P": d["P"].reshape(size, size),
+            "names": tuple(d["names"]),
+            "offset": np.array(offset, float),
+            "x0": np.array(d["x0"], float).reshape(len(d["x0"]), states),
+            "notes": (*notes_from_core(d["notes"]), *limits.changes()),
+        },
+        source="" if rec is None else rec.source,
+        rows=np.empty((0, 2), np.int64) if rec is None else row_ranges(rec),
+    )
+
+
+def row_ranges(rec: Record) -> NDArray[np.int64]:
+    """First and last original row of each stretch of consecutive rows."""
+    breaks = np.flatnonzero(np.diff(rec.rows) != 1)
+    first, last = np.concatenate([[0], breaks + 1]), np.concatenate([breaks, [rec.N - 1]])
+    return np.stack([rec.rows[first], rec.rows[last]], axis=1)

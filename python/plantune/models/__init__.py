@@ -1,0 +1,8 @@
+"""Models as values; they print as equations and answer questions through the core."""
+
+from plantune.models.convert import c2d, d2c
+from plantune.models.pid import PID
+from plantune.models.poly import PolyModel
+from plantune.models.process import ProcessModel
+
+__all__ = ["PID", "PolyModel", "ProcessModel", "c2d", "d2c"]

@@ -1,0 +1,68 @@
+"""Exact conversion between process models and their sampled form."""
+
+from __future__ import annotations
+
+from plantune import _core
+from plantune.models.poly import PolyModel
+from plantune.models.process import ProcessModel
+
+
+def c2d(model: ProcessModel, Ts: float) -> PolyModel:
+    """Sample a process model behind a zero-order hold; any delay, exact.
+
+    Parameters
+    ----------
+    model : ProcessModel
+        `K != 0`, `T > 0`, `L >= 0`.
+    Ts : float
+        Sample time, seconds.
+
+    Returns
+    -------
+    PolyModel
+        `A = [1, -a]`; `B = [b1]` for a whole delay, else `[b1, b2]`; `nk` one more than the
+        whole samples in `L`.
+
+    Raises
+    ------
+    NotIdentifiable
+        The model is none (M12).
+
+    Examples
+    --------
+    >>> print(c2d(ProcessModel(K=-5.939, T=0.1491, L=0.1), Ts=0.02))
+    A(q) y(t) = B(q) u(t - 6) + e(t)
+    A(q) = 1 - 0.874468 q^-1
+    B(q) = -0.745533
+    Ts = 0.02 s
+    """
+    return from_core(_core.c2d(model, Ts))
+
+
+def d2c(model: PolyModel) -> ProcessModel:
+    """Return the process model that a first-order polynomial model samples.
+
+    The inverse of `c2d`; the fraction of the delay is read from the two b coefficients.
+
+    Raises
+    ------
+    NotIdentifiable
+        A pole at or below 0, on or outside the unit circle, or b coefficients that no delay
+        gives (M12).
+    UsageError
+        Not a first-order model of one input.
+
+    Examples
+    --------
+    >>> print(d2c(c2d(ProcessModel(K=2.0, T=5.0, L=1.3), Ts=1.0)))
+    G(s) = 2 e^(-1.3 s) / (5 s + 1)
+    """
+    return from_core(_core.d2c(model))
+
+
+def from_core(d: dict) -> PolyModel | ProcessModel:  # type: ignore[type-arg]
+    """Return the model that the core sends as a dict."""
+    if "K" in d:
+        return ProcessModel(**d)
+    single = len(d["B"]) == 1
+    return PolyModel(**{k: v[0] if single and k in ("B", "F", "nk") else v for k, v in d.items()})

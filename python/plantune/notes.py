@@ -1,0 +1,128 @@
+"""What the data leave in doubt, and the thresholds that decide it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
+
+from plantune import _core
+from plantune.errors import evidence, refusal
+
+
+class Where(NamedTuple):
+    """A place: column, first row in the original file, its time in seconds."""
+
+    column: str
+    row: int | None
+    time: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """A doubt or remark inside a result.
+
+    Examples
+    --------
+    >>> note = Note(code="X03", severity="warning", text="few rows", remedy="record longer")
+    >>> print(note)
+    X03 few rows - record longer
+    """
+
+    code: str
+    severity: str
+    text: str
+    where: Where | None = None
+    count: int | None = None
+    measured: float | None = None
+    limit: float | None = None
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        tail = f" - {self.remedy}" if self.remedy else ""
+        return f"{self.code} {self.text}{tail}"
+
+    @property
+    def evidence(self) -> str:
+        """Where, how many, and measured against which limit, as one line."""
+        return evidence(self)
+
+
+def notes_from_core(notes: Iterable[Mapping[str, Any]]) -> tuple[Note, ...]:
+    """Return the notes that the core sends as dicts."""
+    return tuple(
+        Note(**{**note, "where": Where(*note["where"]) if note["where"] else None})
+        for note in notes
+    )
+
+
+_DEFAULT = _core.default_limits()
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The thresholds behind every warning and refusal, one per code.
+
+    A changed threshold leaves a note in every result it was used for.
+
+    Examples
+    --------
+    >>> Limits(X02=1e-6).changes()[0].text
+    'limit X02 is 1e-06 instead of 1e-05'
+    """
+
+    D07: float = _DEFAULT["D07"]
+    """Largest share of rows that may be missing under a gap policy."""
+    D08: float = _DEFAULT["D08"]
+    """Largest finite magnitude."""
+    D15: float = _DEFAULT["D15"]
+    """Largest deviation of a time step, as a share of the step."""
+    X01: float = _DEFAULT["X01"]
+    """Least input travel relative to the input's largest magnitude."""
+    X02: float = _DEFAULT["X02"]
+    """Least ratio of singular values of the input's Hankel matrix."""
+    X03: float = _DEFAULT["X03"]
+    """Rows per parameter below which intervals are doubtful."""
+    X04: float = _DEFAULT["X04"]
+    """Largest p-value at which a model counts as related to the data."""
+    X05: float = _DEFAULT["X05"]
+    """Largest delay as a share of the record."""
+    X06: float = _DEFAULT["X06"]
+    """Least relative loss difference between the best two delays."""
+    X08: float = _DEFAULT["X08"]
+    """Least ratio of singular values of a record's regressor."""
+    V01: float = _DEFAULT["V01"]
+    """Least simulation fit, in percent, for a verdict to pass."""
+    V03: float = _DEFAULT["V03"]
+    """Fit in percent by which a polynomial model may be better than a process model."""
+    V04: float = _DEFAULT["V04"]
+    """Samples by which the delays of the two may differ, beside their uncertainty."""
+
+    def changes(self) -> tuple[Note, ...]:
+        """Return one note per threshold that differs from its default."""
+        return tuple(
+            Note(
+                code=field.name,
+                severity="info",
+                text=f"limit {field.name} is {getattr(self, field.name):g} "
+                f"instead of {_DEFAULT[field.name]:g}",
+                measured=getattr(self, field.name),
+                limit=_DEFAULT[field.name],
+            )
+            for field in fields(self)
+            if getattr(self, field.name) != _DEFAULT[field.name]
+        )
+
+    def with_changes(self, changes: Mapping[str, float]) -> Limits:
+        """Return these limits with some replaced, by code."""
+        unknown = [code for code in changes if code not in _DEFAULT]
+        if unknown:
+            raise refusal(
+                "U01",
+                f"there is no limit {unknown[0]!r}",
+                remedy="choose one of " + ", ".join(_DEFAULT),
+            )
+        return replace(self, **changes)
+
+
+DEFAULT_LIMITS = Limits()

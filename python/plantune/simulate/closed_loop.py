@@ -1,0 +1,143 @@
+"""A process model in a loop with a PID controller."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from plantune import _core
+from plantune.errors import refusal
+from plantune.models import PID, ProcessModel
+from plantune.record import Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Indices:
+    """Time-domain indices from true integrals; NaN where the response defines none.
+
+    Attributes
+    ----------
+    rise, settling : float
+        Seconds from 10 to 90 %, and into 2 % for good, interpolated.
+    overshoot, control_overshoot : float
+        Percent of the move of y and of u.
+    ise, iae, itae : float
+        Integrals of `e^2`, `|e|`, `t |e|` with `e = r - y`.
+    control_energy, total_variation : float
+        Integral of `u^2`; sum of all moves of u.
+    """
+
+    rise: float
+    settling: float
+    overshoot: float
+    ise: float
+    iae: float
+    itae: float
+    control_overshoot: float
+    control_energy: float
+    total_variation: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Response:
+    """Signals of a loop at times `t`: set point `r`, output `y` without noise, input `u`."""
+
+    t: Floats
+    r: Floats
+    y: Floats
+    u: Floats
+    indices: Indices
+
+
+def step(model: ProcessModel, pid: PID, t_end: float | None = None) -> Response:
+    """Return the response of the loop to a unit step of the set point at time 0.
+
+    Parameters
+    ----------
+    model : ProcessModel
+        The plant, exact delay.
+    pid : PID
+        Continuous, or sampled with its own `Ts`.
+    t_end : float, optional
+        Seconds; by default until the loop has settled many times over.
+
+    Returns
+    -------
+    Response
+        At 1000 steps, or at every sample of a sampled controller.
+
+    Notes
+    -----
+    Source 001, tables 3.6-2 and 3.6-4, with true integrals.
+
+    Examples
+    --------
+    >>> plant = ProcessModel(K=5.939, T=0.1491, L=0.1)
+    >>> response = step(plant, PID(Kp=0.131457, Ti=0.1491), t_end=3.0)
+    >>> round(response.indices.overshoot, 3), round(response.indices.iae, 4)
+    (5.643, 0.2138)
+    """
+    if t_end is None:
+        t_end = _core.default_horizon(model, pid)
+    if not t_end > 0:
+        raise refusal("U01", f"`t_end` is {t_end}, must be positive", remedy="t_end=10.0")
+    dt = pid.Ts or t_end / 1000
+    return closed_loop(model, pid, r=np.ones(max(1, round(t_end / dt))), Ts=dt)
+
+
+def closed_loop(
+    model: ProcessModel,
+    pid: PID,
+    r: ArrayLike,
+    *,
+    d: ArrayLike | None = None,
+    noise: ArrayLike | None = None,
+    Ts: float | None = None,
+    offset: float = 0.0,
+    u0: float = 0.0,
+) -> Response:
+    """Simulate a loop, the delay exact, fraction included.
+
+    Parameters
+    ----------
+    model : ProcessModel
+        The plant.
+    pid : PID
+        Continuous, or sampled with its own `Ts`.
+    r, d, noise : array (N,)
+        Set point; disturbance added to the plant input; noise added to what a sampled
+        controller reads.  Each value holds for `Ts` seconds.
+    Ts : float, optional
+        Seconds; the controller's own if it is sampled.
+    offset : float
+        `O` in `y = G u + O`.
+    u0 : float
+        Input before time 0, at which the loop is in equilibrium.
+
+    Returns
+    -------
+    Response
+        N + 1 rows, `y` without the noise.
+
+    Raises
+    ------
+    UsageError
+        Lengths that differ, noise for a continuous controller, an unfiltered derivative (U01).
+
+    Examples
+    --------
+    >>> plant, pid = ProcessModel(K=2.0, T=1.0, L=0.3), PID(Kp=0.5, Ti=1.0, Ts=0.1)
+    >>> response = closed_loop(plant, pid, r=[1.0] * 100)
+    >>> round(float(response.y[-1]), 3)
+    1.0
+    """
+    r = np.ascontiguousarray(np.atleast_1d(r), float)
+    zero = np.zeros(len(r))
+    signal = lambda x: zero if x is None else np.ascontiguousarray(x, float)  # noqa: E731
+    dt = Ts if Ts is not None else pid.Ts
+    if dt is None:
+        raise refusal("U01", "`Ts` is missing", remedy="pass Ts=, how long each r holds, in seconds")
+    out = _core.closed_loop(model, pid, dt, r, signal(d), signal(noise), offset, u0)
+    return Response(**{**out, "indices": Indices(**out["indices"])})

@@ -1,0 +1,104 @@
+"""Margins and sensitivities of a loop, with the exact delay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from plantune import _core
+from plantune.models import PID, PolyModel, ProcessModel
+from plantune.record import Floats
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """Distances of a loop from instability; infinite where it never crosses.
+
+    Attributes
+    ----------
+    gain, w_gain : float
+        Gain margin as a factor, phase crossover in rad/s; `gain_db` in decibels.
+    phase_deg, w_phase : float
+        Phase margin in degrees, gain crossover in rad/s.
+    delay : float
+        Delay margin, seconds.
+    Ms, Mt : float
+        Peaks of the sensitivity and of the complementary sensitivity.
+    """
+
+    gain: float
+    w_gain: float
+    phase_deg: float
+    w_phase: float
+    delay: float
+    Ms: float
+    Mt: float
+
+    @property
+    def gain_db(self) -> float:
+        """Gain margin in decibels."""
+        return float(20 * np.log10(self.gain))
+
+    def __str__(self) -> str:
+        return (
+            f"gain {self.gain:.3g} ({self.gain_db:.4g} dB) at {self.w_gain:.4g} rad/s, "
+            f"phase {self.phase_deg:.4g} deg at {self.w_phase:.4g} rad/s, "
+            f"delay {self.delay:.4g} s, Ms {self.Ms:.3g}, Mt {self.Mt:.3g}"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensitivities:
+    """Loop transfer `L = C G`, `S = 1/(1+L)`, `T = L/(1+L)`, `CS = C/(1+L)` at `w` rad/s."""
+
+    w: Floats
+    L: Complex
+    S: Complex
+    T: Complex
+    CS: Complex
+
+
+def margins(model: ProcessModel | PolyModel, pid: PID) -> Margins:
+    """Return gain, phase and delay margins, Ms and Mt, with the exact delay.
+
+    Parameters
+    ----------
+    model : ProcessModel or PolyModel
+        The plant; its first input is the controller's output.
+    pid : PID
+        A sampled one meets the exact pulse transfer function.
+
+    Returns
+    -------
+    Margins
+        The smallest of each kind.
+
+    Notes
+    -----
+    Source 001, (3.6-27) to (3.6-30).  Margins do not prove stability.
+
+    Examples
+    --------
+    >>> from plantune.models import PID, ProcessModel
+    >>> print(margins(ProcessModel(K=5.939, T=0.1491, L=0.1), PID(Kp=0.1315, Ti=0.1491)))
+    gain 3 (9.541 dB) at 15.71 rad/s, phase 60 deg at 5.238 rad/s, delay 0.1999 s, Ms 1.63, Mt 1
+    """
+    return Margins(**_core.margins(model, pid))
+
+
+def sensitivities(model: ProcessModel | PolyModel, pid: PID, w: ArrayLike) -> Sensitivities:
+    """Return the frequency responses of the loop at `w` rad/s, with the exact delay.
+
+    Examples
+    --------
+    >>> from plantune.models import PID, ProcessModel
+    >>> s = sensitivities(ProcessModel(K=1.0, T=1.0, L=0.0), PID(Kp=1.0, Ti=1.0), [1.0])
+    >>> s.S + s.T
+    array([1.+0.j])
+    """
+    w = np.ascontiguousarray(np.atleast_1d(w), float)
+    return Sensitivities(w, *_core.sensitivities(model, pid, w))

@@ -1,0 +1,47 @@
+"""What every tuning rule returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from plantune.models import PID, ProcessModel
+from plantune.notes import Note
+from plantune.tune.margins import Margins
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tuning:
+    """Controller settings with their margins, and bands of these over the model's uncertainty.
+
+    Attributes
+    ----------
+    controller : PID
+        The settings.
+    rule : str
+        The rule and what it was asked for.
+    model : ProcessModel
+        The model tuned on.
+    margins : Margins
+        On that model.
+    bands : mapping
+        95 % interval of `gain phase_deg delay Ms Mt`; empty for a model without uncertainty.
+    tau_c : float
+        Closed-loop time constant aimed at, seconds.
+    """
+
+    controller: PID
+    rule: str
+    model: ProcessModel
+    margins: Margins
+    bands: Mapping[str, tuple[float, float]]
+    tau_c: float
+    notes: tuple[Note, ...]
+    source: str
+
+    def __str__(self) -> str:
+        lines = [f"{self.rule} -> {self.controller}", f"  {self.margins}"]
+        if self.bands:
+            bands = ", ".join(f"{k} {a:.3g} … {b:.3g}" for k, (a, b) in self.bands.items())
+            lines.append(f"  95 %: {bands}")
+        return "\n".join([*lines, *(f"  {note}" for note in self.notes)])

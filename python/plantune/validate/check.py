@@ -1,0 +1,212 @@
+"""A model judged on a record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plantune import _core
+from plantune.errors import NotIdentifiable, refusal
+from plantune.estimate.fit import Fit
+from plantune.models import PolyModel, ProcessModel
+from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
+from plantune.record import Floats, Record
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Residuals:
+    """Correlations of the one-step errors, with their 99 % bands.
+
+    Attributes
+    ----------
+    lags, autocorr, band
+        Lags `0 … M`, normalised autocorrelation, half width of its band.
+    cross_lags, crosscorr, cross_band
+        Lags `-M … M`, correlation with each input (nu, 2 M + 1), half width per input; at a
+        positive lag the error follows the input.
+    """
+
+    lags: NDArray[np.int64]
+    autocorr: Floats
+    band: float
+    cross_lags: NDArray[np.int64]
+    crosscorr: Floats
+    cross_band: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Verdict:
+    """How a model does on a record; true when it passes.
+
+    Attributes
+    ----------
+    fit, fit_1step : float
+        `100 (1 - |y - yhat| / |y - mean(y)|)` of the simulation and of the one-step prediction.
+    rmse : float
+        Root mean squared simulation error, units of y.
+    loss : float
+        Mean squared one-step error.
+    rows : array
+        Rows judged; `y`, `yhat` measured and simulated output there.
+    errors : array
+        One-step errors.
+    residuals : Residuals
+        Their correlations.
+    widening : float
+        Factor by which correlated residuals widen a standard deviation.
+    x0, offset_used : str, float
+        What was assumed of the start; the offset in the simulation.
+    passed : bool
+        Simulation fit above the limit V01 and residuals free of the input.
+    """
+
+    name: str
+    fit: float
+    fit_1step: float
+    rmse: float
+    loss: float
+    N: int
+    offset: float
+    offset_from: str
+    x0: str
+    rows: NDArray[np.int64]
+    t: Floats
+    y: Floats
+    yhat: Floats
+    errors: Floats
+    residuals: Residuals
+    widening: float
+    passed: bool
+    notes: tuple[Note, ...]
+    source: str
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    def __str__(self) -> str:
+        word = "passes" if self.passed else "does not pass"
+        head = (
+            f"{self.name} {word}: simulation {self.fit:.1f} %, one step {self.fit_1step:.1f} %, "
+            f"rmse {self.rmse:.4g} on {self.N} rows"
+        )
+        return "\n".join([head, *(f"  {note}" for note in self.notes)])
+
+
+def check(
+    rec: Record,
+    fit: Fit | PolyModel | ProcessModel,
+    *,
+    x0: str = "estimate",
+    offset: str = "fit",
+    lags: int = 25,
+    limits: Limits | None = None,
+) -> Verdict:
+    """Judge a fit or a bare model on a record, best on rows it has not seen.
+
+    Parameters
+    ----------
+    rec : Record
+        With the columns of the model.
+    fit : Fit, PolyModel or ProcessModel
+        A bare model has offset 0.
+    x0 : "estimate" or "zero"
+        Initial state of each segment.
+    offset : "fit" or "estimate"
+        The fit's own, or a new one for this record.
+    lags : int
+        Most lags of the residual correlations.
+    limits : Limits, optional
+        Thresholds.
+
+    Returns
+    -------
+    Verdict
+        With note M11 where rows of the fit are judged again.
+
+    Raises
+    ------
+    NotIdentifiable
+        The model is no better than the mean (X04); the verdict is in `.result`.
+
+    Notes
+    -----
+    Source 001, 3.5.9 and 3.5.10.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> est, val = pt.datasets.hair_dryer().split(0.5)
+    >>> verdict = pt.validate.check(val, pt.estimate.arx(est, 2, 2, 3))
+    >>> bool(verdict), round(verdict.fit), round(verdict.fit_1step)
+    (True, 91, 95)
+    """
+    limits = limits or DEFAULT_LIMITS
+    if offset not in ("fit", "estimate"):
+        raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
+    model, own = (fit.model, float(fit.offset[0])) if isinstance(fit, Fit) else (fit, 0.0)
+    extra = {
+        "name": fit.method if isinstance(fit, Fit) else type(model).__name__,
+        "x0": x0,
+        "offset_from": offset,
+    }
+    used = own if offset == "fit" else None
+    seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
+    changes = (*seen, *limits.changes())
+    try:
+        d = _core.check(rec, model, x0, used, lags, limits)
+    except NotIdentifiable as error:
+        if error.result is not None:
+            error.result = _verdict(error.result, rec, extra, changes)
+        raise
+    return _verdict(d, rec, extra, changes)
+
+
+def _verdict(
+    d: Mapping[str, Any], rec: Record, extra: Mapping[str, Any], notes: tuple[Note, ...]
+) -> Verdict:
+    r = d["residuals"]
+    rows = np.array(d["rows"], np.int64)
+    return Verdict(
+        **{
+            **d,
+            **extra,
+            "rows": rows,
+            "residuals": Residuals(
+                lags=np.array(r["lags"]),
+                autocorr=r["autocorr"],
+                band=r["band"],
+                cross_lags=np.array(r["cross_lags"]),
+                crosscorr=np.array(r["crosscorr"]),
+                cross_band=r["cross_band"],
+            ),
+            "notes": (*notes_from_core(d["notes"]), *notes),
+        },
+        t=rec.time[rows],
+        y=rec.y[rows, 0],
+        source=rec.source,
+    )
+
+
+def _seen(rec: Record, fit: Fit) -> tuple[Note, ...]:
+    """M11 where rows of the same source were used to fit."""
+    if rec.source != fit.source:
+        return ()
+    inside = np.zeros(rec.N, bool)
+    for first, last in fit.rows:
+        inside |= (rec.rows >= first) & (rec.rows <= last)
+    if not inside.any():
+        return ()
+    count = int(inside.sum())
+    return (
+        Note(
+            code="M11",
+            severity="warning",
+            text=f"not validated: {count} of {rec.N} rows were used to fit",
+            count=count,
+            remedy="keep rows apart: est, val = rec.split(0.5)",
+        ),
+    )
