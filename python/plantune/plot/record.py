@@ -46,27 +46,24 @@ def record(rec: Record, fresh: Verdict | None = None) -> go.Figure:
         [220] * outputs + [max(90, 150 - 20 * inputs)] * inputs,
     )
     for i, name in enumerate(rec.y_names):
-        row = i + 1
-        line(fig, *drawn(rec, rec.y[:, i], rec.valid[:, i]), inert(name), MEASURED, row, width=1.4)
+        row, y = i + 1, drawn(rec, rec.y[:, i], rec.valid[:, i])
         if rec.r is not None:
-            set_point = drawn(rec, rec.r[:, i])
-            style = {"dash": "dash", "width": 1.4, "held": True}
-            line(fig, *set_point, f"set point of {inert(name)}", SET_POINT, row, **style)
+            dashed = {"dash": "dash", "width": 1.2, "opacity": 0.6, "held": True}
+            label = f"set point of {inert(name)}"
+            line(fig, *drawn(rec, rec.r[:, i]), label, SET_POINT, row, **dashed)
+        line(fig, *y, inert(name), MEASURED, row, width=1.4, showlegend=rec.r is not None)
         fig.update_yaxes(title_text=axis(name, rec.units.get(name, "")), row=row, col=1)
     for i, name in enumerate(rec.u_names):
-        row = outputs + i + 1
-        style = {"width": 1.4, "held": True}
-        line(fig, *drawn(rec, rec.u[:, i]), inert(name), MEASURED, row, **style)
+        row, u = outputs + i + 1, drawn(rec, rec.u[:, i])
+        line(fig, *u, inert(name), MEASURED, row, width=1.4, held=True, showlegend=False)
         fig.update_yaxes(title_text=axis(name, rec.units.get(name, "")), row=row, col=1)
     fig.update_xaxes(title_text=axis("time", "s"), row=outputs + inputs, col=1)
     if fresh is not None and len(fresh.t):
         edges = {"x0": fresh.t[0], "x1": fresh.t[-1], "fillcolor": FRESH, "line_width": 0}
         fig.add_vrect(**edges, layer="below", row="all", col=1)
         square = {"symbol": "square", "size": 14, "color": FRESH, "line": {"width": 1}}
-        label = {"name": "fresh rows, judged here", "mode": "markers", "marker": square}
-        fig.add_trace(go.Scatter(x=[None], y=[None], **label), row=1, col=1)
-    # A panel with one line needs no legend: its axis has the name.
-    fig.for_each_trace(lambda trace: trace.update(showlegend=False), {"line": {"color": MEASURED}})
+        shaded = {"name": "fresh rows, judged here", "mode": "markers", "marker": square}
+        fig.add_trace(go.Scatter(x=[None], y=[None], **shaded), row=1, col=1)
     fig.update_layout(showlegend=rec.r is not None or fresh is not None)
     return fig
 

@@ -16,10 +16,18 @@
     // A finger on a figure scrolls the page.
     if (touch) layout.dragmode = false;
     Plotly.newPlot(place, data, layout, settings);
-    places.push(place);
+    places.push([place, layout.height]);
   }
-  const paper = 680; // pixels that fit on A4 and on letter
-  window.addEventListener("beforeprint", () => places.forEach((p) => Plotly.relayout(p, { width: paper })));
-  window.addEventListener("afterprint", () =>
-    places.forEach((p) => Plotly.relayout(p, { width: null, autosize: true })));
+  // On paper: a width that fits A4 and letter, and two figures to a page.
+  const [width, share] = [680, 0.78];
+  const resize = (place, change, height) => {
+    place.style.height = `${height}px`;
+    Plotly.relayout(place, { ...change, height });
+  };
+  window.addEventListener("beforeprint", () => {
+    for (const [place, height] of places) resize(place, { width }, Math.round(share * height));
+  });
+  window.addEventListener("afterprint", () => {
+    for (const [place, height] of places) resize(place, { width: null, autosize: true }, height);
+  });
 })();

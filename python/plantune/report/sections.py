@@ -128,7 +128,7 @@ def model(run: Run) -> str:
     parameters = list(zip(fit.names, fit.theta, fit.sd, strict=True))
     if len(fit.offset):
         parameters.append(("offset", float(fit.offset[0]), fit.offset_sd))
-    head = ["parameter", "value ± one standard deviation", "unit"]
+    head = ["parameter", "value ± sd", "unit"]
     cells = [[name, with_sd(x, sd), units.get(name, "")] for name, x, sd in parameters]
     if truth:
         head.append("true value")
@@ -136,7 +136,11 @@ def model(run: Run) -> str:
             row.append(number(truth[row[0]], 6) if row[0] in truth else "–")
     parts = [
         _equation(fit.model),
-        table(f"{fit.method}, fitted on all {fit.N} rows that have a history.", head, cells),
+        table(
+            f"{fit.method}, fitted on {fit.N} rows that have a history; ± one standard deviation.",
+            head,
+            cells,
+        ),
         _judged(run),
     ]
     for other in run.fits.values():
