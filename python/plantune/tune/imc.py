@@ -14,6 +14,10 @@ from plantune.tune.margins import margins
 from plantune.tune.tuning import Tuning
 
 
+# Margins that every model inside the uncertainty must leave: 6 dB and 45 degrees.
+_LEAST = (("gain", "gain margin", "", 2.0), ("phase_deg", "phase margin", " deg", 45.0))
+
+
 def imc_pi(
     model: ProcessModel | Fit,
     *,
@@ -83,6 +87,7 @@ def imc_pi(
         _check_sign(fit)
         names = ("gain", "phase_deg", "delay", "Ms", "Mt")
         bands = dict(zip(names, _core.margin_bands(plant, flat(fit), pid), strict=True))
+        notes = (*notes, *_weak(bands))
     return Tuning(
         controller=pid,
         rule=f"IMC-PI, {name} = {value:g}",
@@ -107,6 +112,22 @@ def _with_delay(plant: ProcessModel, least: float) -> tuple[ProcessModel, tuple[
         remedy="sample faster to resolve the dead time, or give tau_c",
     )
     return replace(plant, L=least), (note,)
+
+
+def _weak(bands: dict[str, tuple[float, float]]) -> tuple[Note, ...]:
+    """C07 where part of the model's uncertainty leaves too little margin."""
+    return tuple(
+        Note(
+            code="C07",
+            severity="warning",
+            text=f"weak margins: the {word} may be as low as {bands[name][0]:.3g}{unit}",
+            measured=bands[name][0],
+            limit=least,
+            remedy="do not apply unattended; ask for more margin, or record longer or larger steps",
+        )
+        for name, word, unit, least in _LEAST
+        if bands[name][0] < least
+    )
 
 
 def _check_sign(fit: Fit) -> None:

@@ -1,0 +1,126 @@
+"""`plantune tune` and `plantune demo`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from plantune import job
+from plantune.cli.output import fail, write_run
+from plantune.cli.summary import show
+from plantune.datasets import ENGINE_LOOP, engine_loop, hair_dryer
+from plantune.errors import PlantuneError, refusal
+from plantune.io import read
+from plantune.notes import DEFAULT_LIMITS, Limits
+
+app = typer.Typer(
+    help="From plant data to a validated model to a tuned loop.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+LimitOption = Annotated[
+    list[str] | None,
+    typer.Option("--limit", help="Change a threshold, e.g. X02=1e-6; noted in every result."),
+]
+GainMargin = Annotated[float, typer.Option(help="Gain margin asked of the loop, a factor.")]
+
+
+def main() -> None:
+    """Run the command line."""
+    app()
+
+
+@app.callback()
+def _plantune() -> None:
+    """From plant data to a validated model to a tuned loop."""
+
+
+@app.command()
+def tune(
+    data: Annotated[Path, typer.Argument(help="Record: a CSV file.")],
+    u: Annotated[str | None, typer.Option(help="Input column, by name or number from 0.")] = None,
+    y: Annotated[str | None, typer.Option(help="Output column.")] = None,
+    Ts: Annotated[float | None, typer.Option("--Ts", help="Sample time, seconds.")] = None,
+    r: Annotated[str | None, typer.Option(help="Set-point column.")] = None,
+    time: Annotated[str | None, typer.Option(help="Column of time stamps.")] = None,
+    resample: Annotated[float | None, typer.Option(help="Bring jittered stamps to this step.")] = None,
+    missing: Annotated[str, typer.Option(help="error, segments or mask.")] = "error",
+    gain_margin: GainMargin = 3.0,
+    out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
+        "plantune-out"
+    ),
+    limit: LimitOption = None,
+    as_json: Json = False,
+) -> None:
+    """Take a record to a validated model, PI settings with margins, and a report."""
+
+    def work() -> tuple[job.Run, Path]:
+        limits = _limits(limit)
+        columns = {"u": _column(u), "y": _column(y), "r": _column(r), "time": _column(time)}
+        rec = read(data, **columns, Ts=Ts, resample=resample, missing=missing, limits=limits)
+        run = job.run(rec, gain_margin=gain_margin, title=data.stem, limits=limits)
+        return run, write_run(out, run)
+
+    _finish(work, as_json)
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for the reports.")] = Path("plantune-demo"),
+    as_json: Json = False,
+) -> None:
+    """Run the main job on a measured hair dryer and on a simulated engine loop of known truth."""
+    cases: list[tuple[str, Callable[[], job.Run]]] = [
+        ("hair_dryer", lambda: job.run(hair_dryer(), title="Hair dryer")),
+        (
+            "engine_loop",
+            lambda: job.run(
+                engine_loop(noise_var=1.5), title="Simulated engine loop", truth=ENGINE_LOOP._asdict()
+            ),
+        ),
+    ]
+    for name, case in cases:
+
+        def work(name: str = name, case: Callable[[], job.Run] = case) -> tuple[job.Run, Path]:
+            run = case()
+            return run, write_run(out / name, run)
+
+        _finish(work, as_json)
+
+
+def _finish(work: Callable[[], tuple[job.Run, Path]], as_json: bool) -> None:
+    """Do the work and print it, or print the refusal and exit with its code."""
+    try:
+        run, folder = work()
+    except PlantuneError as error:
+        fail(error, as_json)
+        raise typer.Exit(error.exit_code) from None
+    show(run, folder, as_json)
+
+
+def _column(name: str | None) -> str | int | None:
+    return int(name) if name is not None and name.isdigit() else name
+
+
+def _limits(changes: list[str] | None) -> Limits:
+    pairs: dict[str, float] = {}
+    for change in changes or []:
+        code, _, value = change.partition("=")
+        try:
+            pairs[code] = float(value)
+        except ValueError:
+            raise refusal(
+                "U01", f"`--limit` is {change!r}, must be CODE=NUMBER", remedy="--limit X02=1e-6"
+            ) from None
+    return DEFAULT_LIMITS.with_changes(pairs)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

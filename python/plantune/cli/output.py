@@ -1,0 +1,80 @@
+"""Files of a run, all or none, and refusals."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from plantune import report
+from plantune.errors import PlantuneError, refusal
+from plantune.io import save_model, to_json, write_json
+from plantune.job import Run
+
+# Rows of an array up to which it is printed.
+_LONGEST = 100
+
+
+def write_run(folder: Path, run: Run) -> Path:
+    """Write `report.html run.json model.json tuning.json`; nothing appears until all are there."""
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    except OSError as error:
+        raise refusal(
+            "R08", f"cannot write to {folder}: {error.strerror}", remedy="choose another --out"
+        ) from None
+    try:
+        report.write(staging / "report.html", run)
+        save_model(staging / "model.json", run.chosen.model)
+        for name, value in (("run", run), ("tuning", run.tunings[0])):
+            write_json(staging / f"{name}.json", value)
+        folder.mkdir(exist_ok=True)
+        for file in staging.iterdir():
+            file.replace(folder / file.name)
+    except OSError as error:
+        raise refusal(
+            "R08", f"cannot write to {folder}: {error.strerror}", remedy="choose another --out"
+        ) from None
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+    return folder
+
+
+def fail(error: PlantuneError, as_json: bool) -> None:
+    """Print a refusal: one JSON object, or at most three lines on standard error."""
+    if as_json:
+        print(json.dumps({"error": as_dict(error)}))
+        return
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    first, *rest = str(error).splitlines()
+    console.print(Text(first, style="bold red"))
+    for line in rest:
+        console.print(Text(line))
+
+
+def as_dict(error: PlantuneError) -> dict[str, Any]:
+    """Return the fields of a refusal for JSON."""
+    where = error.where
+    return {
+        "type": type(error).__name__,
+        "code": error.code,
+        "text": error.text,
+        "where": None if where is None else dict(zip(("column", "row", "time"), where, strict=True)),
+        "count": error.count,
+        "measured": error.measured,
+        "limit": error.limit,
+        "remedy": error.remedy,
+    }
+
+
+def print_json(run: Run, folder: Path) -> None:
+    """Print the run as one JSON object, long arrays left to `run.json`."""
+    fields = to_json(run, longest=_LONGEST)
+    sys.stdout.write(json.dumps({**fields, "out": str(folder)}) + "\n")

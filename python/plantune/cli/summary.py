@@ -1,0 +1,79 @@
+"""A run on the terminal: model, verdict, settings, doubts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from plantune.cli.output import print_json
+from plantune.job import Run
+from plantune.notes import Note
+
+
+def show(run: Run, folder: Path, as_json: bool) -> None:
+    """Print a run."""
+    if as_json:
+        print_json(run, folder)
+        return
+    console = Console(highlight=False)
+    console.print()
+    console.print(Text(run.title, style="bold"), Text(f"  {run.record}", style="dim"))
+    console.print(_model(run))
+    console.print(_settings(run))
+    for verdict in run.verdicts.values():
+        mark = Text("✓ ", "green") if verdict else Text("✗ ", "yellow")
+        fresh = "rows used to fit" if any(n.code == "M11" for n in verdict.notes) else "fresh rows"
+        text = f"{verdict.name}: simulation {verdict.fit:.1f} %, one step {verdict.fit_1step:.1f} %"
+        console.print(mark + Text(f"{text} on {verdict.N} {fresh}"))
+    for note in run.all_notes():
+        console.print(_note(note), soft_wrap=True)
+    console.print(Text(f"report: {folder / 'report.html'}", style="bold"), soft_wrap=True)
+
+
+def _model(run: Run) -> Table:
+    fit = run.chosen
+    table = Table(box=box.SIMPLE, title=f"{fit.method}  {fit.model}", title_justify="left")
+    table.add_column("")
+    table.add_column("value", justify="right")
+    table.add_column("± 1 sd", justify="right")
+    if run.truth:
+        table.add_column("true", justify="right")
+    values = [*zip(fit.names, fit.theta, fit.sd, strict=True)]
+    for name, value, sd in [*values, ("offset", fit.offset[0], fit.offset_sd)]:
+        true = [f"{run.truth[name]:.6g}"] if run.truth else []
+        table.add_row(name, f"{value:.6g}", f"{sd:.2g}", *true)
+    return table
+
+
+def _settings(run: Run) -> Table:
+    tuning = run.tunings[0]
+    table = Table(box=box.SIMPLE, title=f"{tuning.rule}", title_justify="left")
+    table.add_column("")
+    table.add_column("value", justify="right")
+    table.add_column("95 % over the model's uncertainty", justify="right")
+    pid, margins = tuning.controller, tuning.margins
+    for name, value in (("Kp", pid.Kp), ("Ti", pid.Ti), ("Ki", pid.Ki)):
+        table.add_row(name, f"{value:.5g}", "")
+    for name, field, value in (
+        ("gain margin", "gain", margins.gain),
+        ("phase margin, deg", "phase_deg", margins.phase_deg),
+        ("delay margin, s", "delay", margins.delay),
+        ("Ms", "Ms", margins.Ms),
+        ("Mt", "Mt", margins.Mt),
+    ):
+        band = tuning.bands.get(field)
+        table.add_row(name, f"{value:.4g}", f"{band[0]:.4g} … {band[1]:.4g}" if band else "")
+    indices = run.responses[0].indices
+    table.add_row("overshoot, %", f"{indices.overshoot:.3g}", "")
+    table.add_row("settling, s", f"{indices.settling:.4g}", "")
+    return table
+
+
+def _note(note: Note) -> Text:
+    colour = {"warning": "yellow", "error": "red"}.get(note.severity, "dim")
+    remedy = f" → {note.remedy}" if note.remedy else ""
+    return Text(f"{note.code} ", colour) + Text(note.text) + Text(remedy, "dim")
