@@ -97,6 +97,36 @@ def test_both_ways_through_a_file_give_the_same_bits(read, monkeypatch):
     assert np.array_equal(at_once.u[:, 0], x[0])
 
 
+@pytest.mark.parametrize(
+    ("old", "new"), [("\n5.0,", '\n"5.0,'), ("\n5.0,", "\r5.0,"), ("\n5.0,", "\n\n5.0,")]
+)
+@pytest.mark.parametrize("at_the_end", [False, True])
+def test_a_blemish_is_seen_both_ways(old, new, at_the_end):
+    """An open quote, a line end of another kind, a blank line: at most counted otherwise."""
+    text = PLAIN.replace("\n19.9,", f"{new[:-4]}19.9,") if at_the_end else PLAIN.replace(old, new)
+    sheet = reader.open_csv(text.encode())
+    ways = (sheet.read, sheet._row_by_row)
+    if '"' in new:
+        for way in ways:
+            with pytest.raises(pt.DataError, match="quote"):
+                way((1, 2), 0)
+    else:
+        at_once, row_by_row = (way((1, 2), 0) for way in ways)
+        assert np.array_equal(at_once.numbers, row_by_row.numbers) and len(at_once.numbers) == N
+
+
+@given(text=st.lists(st.sampled_from([*',;\t\n\r" 01.5eu-', "\n1,2", "nan"]), max_size=60))
+def test_any_text_ends_in_a_table_or_a_refusal(text):
+    try:
+        sheet = reader.open_csv("".join(text).encode())
+        at_once = sheet.read(range(len(sheet.columns)), None)
+    except pt.DataError as error:
+        assert str(error).count("\n") <= 2 and error.remedy
+    else:
+        row_by_row = sheet._row_by_row(range(len(sheet.columns)), None)
+        assert np.array_equal(at_once.numbers, row_by_row.numbers, equal_nan=True)
+
+
 @given(x=st.lists(st.floats(-1e100, 1e100), min_size=2, max_size=40))
 def test_every_number_survives_its_text(x):
     sheet = reader.open_csv(table([x, x], "u,y").encode())
@@ -406,13 +436,21 @@ def test_d07_gaps_survive_resampling(read):
 
 
 @pytest.mark.parametrize("stamps", ["numbers", "text"])
-def test_d07_a_missing_stamp(refused, stamps):
+def test_d07_a_missing_stamp(refused, read, stamps):
     cells = [str(t) for t in T.round(1)]
     if stamps == "text":
         cells = [f"2024-01-01T00:00:{t:06.3f}Z" for t in T]
     cells[7] = ""
     error = refused(table([cells, U, Y]), missing="segments")
     assert (error.code, error.where[:2], error.count) == ("D07", ("time", 7), 1)
+    assert read(table([cells, U, Y]), Ts=0.1).N == N
+
+
+@pytest.mark.parametrize("cell", ["inf", "-Infinity", "1e999", "1e200"])
+@pytest.mark.parametrize("wanted", [{}, {"resample": 0.1, "missing": "segments"}])
+def test_d08_infinite_values_are_never_taken_for_missing(refused, cell, wanted):
+    error = refused(with_cells(2, {40: cell}), **wanted)
+    assert (error.code, error.where[:2], error.count) == ("D08", ("y", 40), 1)
 
 
 # D12: doubled columns
@@ -557,7 +595,8 @@ def test_u01_the_sample_time_is_not_guessed(refused):
     assert error.code == "U01" and "`Ts`" in error.text
     assert refused(table([U, Y], "u,y"), resample=1.0).code == "U01"
     assert refused(PLAIN, resample=1.0, Ts=0.5).code == "U01"
-    assert refused(PLAIN, resample=-1.0).code == "U01"
+    for wrong in (-1.0, 0, np.nan, "fast"):
+        assert refused(PLAIN, resample=wrong).code == refused(PLAIN, Ts=wrong).code == "U01"
 
 
 def test_u01_no_such_file_or_policy(tmp_path, refused):

@@ -1,0 +1,75 @@
+"""A file as bytes, if it is small enough and of the format that its name says."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Final
+
+from plantune.errors import PlantuneError, refusal
+
+LARGEST_FILE: Final = 64 * 2**20
+"""Bytes; larger files are refused before they are read (D01)."""
+
+_MAGIC: Final = (
+    (b"\x89PNG\r\n\x1a\n", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"PAR1", "a Parquet file"),
+    (b"MATLAB 5.0 MAT-file", "a MATLAB file of version 5"),
+    (b"MATLAB 7.3 MAT-file", "a MATLAB file of version 7.3 (HDF5)"),
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file"),
+    (b"PK\x03\x04", "a zip archive (xlsx is one)"),
+    (b"\x1f\x8b", "a gzip archive"),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an old Office file (xls)"),
+    (b"%PDF-", "a PDF document"),
+    (b"\x93NUMPY", "a NumPy array file"),
+)
+
+
+def contents(path: str | PathLike[str], largest: int = LARGEST_FILE) -> bytes:
+    """Return the bytes of a file of at most `largest` bytes (D01; U01 where there is none)."""
+    file = Path(path)
+    try:
+        size = file.stat().st_size
+        if size > largest:
+            raise _too_large(size, largest)
+        return file.read_bytes()
+    except OSError as error:
+        raise refusal(
+            "U01",
+            f"cannot read {file.name!r}: {(error.strerror or 'no such file').lower()}",
+            remedy="check the path",
+        ) from None
+
+
+def suffix_of(path: str | PathLike[str]) -> str:
+    """Return the lower-case suffix with its dot."""
+    return Path(path).suffix.lower()
+
+
+def format_seen(data: bytes) -> str | None:
+    """Return the name of the binary format that the first bytes announce, or None."""
+    return next((name for magic, name in _MAGIC if data.startswith(magic)), None)
+
+
+def refuse_binary(data: bytes) -> None:
+    """Refuse bytes that announce a binary format (D02)."""
+    seen = format_seen(data)
+    if seen:
+        raise refusal(
+            "D02",
+            f"the file says it is a table of text, and is {seen}",
+            where=("", 0, None),
+            remedy="export the table as CSV",
+        )
+
+
+def _too_large(size: int, largest: int) -> PlantuneError:
+    return refusal(
+        "D01",
+        f"the file has {size} bytes",
+        count=size,
+        measured=float(size),
+        limit=float(largest),
+        remedy="cut it into parts, or keep only the columns needed",
+    )
