@@ -21,8 +21,11 @@ def show(run: Run, folder: Path, as_json: bool) -> None:
         return
     console = Console(highlight=False)
     console.print()
-    console.print(Text(run.title, style="bold"), Text(f"  {run.record}", style="dim"))
+    console.print(Text(run.title, style="bold") + Text(f"  {run.record}", style="dim"), soft_wrap=True)
+    console.print()
+    console.print(f"{run.chosen.method}  {run.chosen.model}")
     console.print(_model(run))
+    console.print(f"{run.tunings[0].rule}, step of the set point with the exact delay")
     console.print(_settings(run))
     for verdict in run.verdicts.values():
         mark = Text("✓ ", "green") if verdict else Text("✗ ", "yellow")
@@ -36,7 +39,7 @@ def show(run: Run, folder: Path, as_json: bool) -> None:
 
 def _model(run: Run) -> Table:
     fit = run.chosen
-    table = Table(box=box.SIMPLE, title=f"{fit.method}  {fit.model}", title_justify="left")
+    table = Table(box=box.SIMPLE_HEAD)
     table.add_column("")
     table.add_column("value", justify="right")
     table.add_column("± 1 sd", justify="right")
@@ -51,12 +54,12 @@ def _model(run: Run) -> Table:
 
 def _settings(run: Run) -> Table:
     tuning = run.tunings[0]
-    table = Table(box=box.SIMPLE, title=f"{tuning.rule}", title_justify="left")
+    table = Table(box=box.SIMPLE_HEAD)
     table.add_column("")
     table.add_column("value", justify="right")
     table.add_column("95 % over the model's uncertainty", justify="right")
     pid, margins = tuning.controller, tuning.margins
-    for name, value in (("Kp", pid.Kp), ("Ti", pid.Ti), ("Ki", pid.Ki)):
+    for name, value in (("Kp", pid.Kp), ("Ti, s", pid.Ti), ("Ki, 1/s", pid.Ki)):
         table.add_row(name, f"{value:.5g}", "")
     for name, field, value in (
         ("gain margin", "gain", margins.gain),

@@ -49,7 +49,7 @@ pub fn bode_band(model: &Model, P: &[f64], i: usize, w: &[f64]) -> Result<(Bands
     Ok((curves(magnitude.collect())?, curves(phase.collect())?))
 }
 
-/// Phase in degrees without jumps; starts within half a turn of the sign of the static gain.
+/// Phase in degrees without jumps; it starts in (-270, 90], so that a negative gain starts at -180.
 pub fn phase_deg(model: &Model, i: usize, w: &[f64]) -> Vec<f64> {
     let mut last = f64::NAN;
     w.iter()
@@ -62,6 +62,8 @@ pub fn phase_deg(model: &Model, i: usize, w: &[f64]) -> Vec<f64> {
             }
             if last.is_finite() {
                 phase += 360.0 * ((last - phase) / 360.0).round();
+            } else if phase > 90.0 {
+                phase -= 360.0;
             }
             last = phase;
             phase

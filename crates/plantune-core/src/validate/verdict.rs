@@ -150,10 +150,19 @@ fn relation(rec: &Record, verdict: &Verdict) -> f64 {
     f_tail(F, 1.0, independent - 2.0)
 }
 
-/// `sqrt(1 + 2 sum |r_e(k)|)` over the lags outside the band.
+/// `sqrt(1 + 2 sum |r_e(k)|)` over the lags outside the band; 1 where no more are outside than by chance.
 fn widening(residuals: &Residuals) -> f64 {
-    let outside = residuals.autocorr.iter().skip(1).filter(|r| r.abs() > residuals.band);
-    (1.0 + 2.0 * outside.map(|r| r.abs()).sum::<f64>()).sqrt()
+    let outside: Vec<f64> =
+        residuals.autocorr.iter().skip(1).map(|r| r.abs()).filter(|&r| r > residuals.band).collect();
+    if outside.len() <= by_chance(residuals.autocorr.len()) {
+        return 1.0;
+    }
+    (1.0 + 2.0 * outside.iter().sum::<f64>()).sqrt()
+}
+
+/// Lags that may lie outside a 99 % band without saying anything.
+fn by_chance(lags: usize) -> usize {
+    1 + lags / 20
 }
 
 fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<Note> {
@@ -168,10 +177,8 @@ fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<
         let peak = outside.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         peak.map(|(lag, r)| (outside.len(), lag, r))
     };
-    // One lag in a hundred leaves a 99 % band by chance.
-    let allowed = |lags: usize| 1 + lags / 20;
     if let Some((count, lag, r)) = worst(&residuals.lags, &residuals.autocorr, residuals.band, 1) {
-        if count > allowed(residuals.lags.len()) {
+        if count > by_chance(residuals.lags.len()) {
             notes.push(
                 Note::warning(
                     "M08",
@@ -179,13 +186,15 @@ fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<
                 )
                 .count(count)
                 .measured(r, residuals.band)
-                .remedy("intervals are too narrow; use a model with a noise part for prediction"),
+                .remedy(
+                    "one-sigma intervals of this fit are too narrow; more is going on than this model says",
+                ),
             );
         }
     }
     for (i, (r, band)) in residuals.crosscorr.iter().zip(&residuals.cross_band).enumerate() {
         if let Some((count, lag, r)) = worst(&residuals.cross_lags, r, *band, 0) {
-            if count > allowed(residuals.lags.len()) {
+            if count > by_chance(residuals.lags.len()) {
                 let name = rec.input_name(i);
                 notes.push(
                     Note::warning("V02", format!("residuals still follow {name}: {count} lags outside the 99 % band, most at lag {lag}"))

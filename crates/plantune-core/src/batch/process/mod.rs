@@ -1,0 +1,226 @@
+//! First order plus dead time by variable projection: `y = K xi(T, L) + O + x0 a^(t-t0)`.
+//!
+//! For given `T, L` the output of the unit-gain plant is simulated exactly ([`crate::model::ProcessModel`])
+//! and gain, offset and the initial state of each segment follow by linear least squares. What is left
+//! is a problem in `ln T` and `L` for Levenberg-Marquardt with Kaufman's projected Jacobian. The cost
+//! has a kink in `L` at every whole sample and several minima, so each delay sample is searched as a cell
+//! of its own, from the best places of a correlation map. No regressor is held: each evaluation streams
+//! its rows through a QR.
+//!
+//! The input before a segment is unknown, so residuals start where the delayed input lies in the segment.
+//! A step test that begins at rest is the exception: there the plant starts in equilibrium with the input
+//! held before, and no row is given away, for the rest is all that fixes the offset.
+//!
+//! Golub and Pereyra 1973; Kaufman 1975; source 001, 3.5.6.
+mod problem;
+mod search;
+mod starts;
+
+use self::problem::{Point, Problem, Stretch};
+use super::fit::{Fit, Status};
+use super::least_squares::too_short;
+use crate::error::{Error, Result};
+use crate::excitation::check_input_motion;
+use crate::limits::Limits;
+use crate::linalg::{Solution, Triangle, residual_norm2, solve};
+use crate::model::{Model, ProcessModel};
+use crate::note::{Note, Place};
+use crate::record::Record;
+use crate::stats::f_tail;
+
+/// Pivots below this share mean that the data do not tell parameters apart.
+const RANK_TOLERANCE: f64 = 1e-13;
+
+/// What may be set.
+#[derive(Clone, Debug)]
+pub struct ProcessOptions {
+    /// Whether an offset is estimated.
+    pub offset: bool,
+    /// Range of delays to search, s; a tenth of the record, at most 200 samples, when absent.
+    pub L: Option<(f64, f64)>,
+}
+
+/// Fits `K e^(-L s) / (T s + 1)` to a record with one input and one output.
+pub fn p1d(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<Fit> {
+    check(rec, options, limits)?;
+    check_input_motion(rec, limits)?;
+    let problem = Problem::new(rec, options, limits)?;
+    let minima: Vec<Point> = problem.starts().into_iter().filter_map(|(T, m)| problem.search(T, m)).collect();
+    match problem.best(&minima) {
+        Some(best) => problem.fit(&best),
+        None => Err(no_relation(rec, 1.0, limits)),
+    }
+}
+
+fn check(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<()> {
+    if rec.nu != 1 || rec.ny != 1 {
+        return Err(Error::argument(
+            "rec",
+            format!("a record with {} inputs and {} outputs", rec.nu, rec.ny),
+            "one with a single input and a single output",
+        ));
+    }
+    if let Some((low, high)) = options.L {
+        if !(low >= 0.0 && high >= low && high.is_finite()) {
+            return Err(Error::argument(
+                "L",
+                format!("({low}, {high})"),
+                "an ascending pair of seconds, at least 0",
+            ));
+        }
+        let longest = limits.X05 * rec.N() as f64 * rec.Ts;
+        if high >= longest {
+            return Err(Error::new(
+                "X05",
+                format!("delays up to {high} s are asked of a record of {} s", rec.N() as f64 * rec.Ts),
+            )
+            .at(Place::column("L"))
+            .measured(high, longest)
+            .remedy("record at least three times as long as the longest delay"));
+        }
+    }
+    Ok(())
+}
+
+/// X04: what y does has nothing to do with u.
+fn no_relation(rec: &Record, p: f64, limits: &Limits) -> Error {
+    Error::new(
+        "X04",
+        format!("no relation: {} explains nothing of {} beyond chance", rec.names[0], rec.names[rec.nu]),
+    )
+    .at(Place::column(&rec.names[rec.nu]))
+    .count(rec.N())
+    .measured(p, limits.X04)
+    .remedy("check that these two columns belong together; record with larger steps of the input")
+}
+
+impl Problem<'_, '_> {
+    fn fit(&self, best: &Point) -> Result<Fit> {
+        let Ts = self.rec.Ts;
+        let (rss, linear) =
+            self.evaluate(best).ok_or_else(|| no_relation(self.rec, f64::NAN, self.limits))?;
+        let n = self.linear();
+        let every: Vec<usize> = (0..n + 2).collect();
+        let all = self.full(best, &linear);
+        let solution = solve(&all, &every, n + 2, RANK_TOLERANCE)
+            .map_err(|_| no_relation(self.rec, f64::NAN, self.limits))?;
+        let N = self.rows(best.history);
+        let states = self.stretches(best.history).filter(|s| !s.at_rest).count();
+        let parameters = n + 2 + states;
+        if N <= parameters {
+            return Err(too_short(N, parameters));
+        }
+        self.check_relation(&all, rss, N)?;
+
+        let (T, L) = (best.ln_T.exp(), best.m as f64 * Ts + best.f);
+        let gain_unit = self.scale_u.factor / self.scale_y.factor;
+        let K = linear.theta[0] * gain_unit;
+        let offset = linear.theta.get(1).copied().unwrap_or(0.0) / self.scale_y.factor;
+        let s2 = rss / (N - parameters) as f64;
+        let model = ProcessModel { K, T, L };
+        // The state without the offset, at the first residual row of each segment.
+        let state = |(s, x): (&Stretch, &Vec<f64>)| {
+            let held = if s.at_rest { self.rec.u[s.rows.start] } else { self.scale_u.zero };
+            vec![K * held + x[0] / self.scale_y.factor]
+        };
+        Ok(Fit {
+            theta: vec![K, T, L],
+            P: self.covariance(&solution, s2, T, gain_unit),
+            names: ["K", "T", "L"].map(str::to_owned).to_vec(),
+            offset: if self.offset { self.scale_y.zero - K * self.scale_u.zero + offset } else { 0.0 },
+            x0: self.stretches(best.history).zip(&linear.x0).map(state).collect(),
+            N,
+            loss: rss / N as f64 / self.scale_y.factor.powi(2),
+            status: best.status,
+            expected_digits: vec![15.0 + solution.ratio.log10(); 3],
+            notes: self.notes(&model, N, best),
+            model: Model::Process(model),
+        })
+    }
+
+    /// Covariance of `K, T, L, O` in the record's units from that of `K, O, ln T, L/Ts` in scaled units.
+    fn covariance(&self, solution: &Solution, s2: f64, T: f64, gain_unit: f64) -> Vec<f64> {
+        let n = self.linear();
+        let all = n + 2;
+        // Row i of `map` gives result i from the scaled parameters; O = y0 - K u0 + O'/factor.
+        let mut map = vec![vec![0.0; all]; 3 + usize::from(self.offset)];
+        map[0][0] = gain_unit;
+        map[1][n] = T;
+        map[2][n + 1] = self.rec.Ts;
+        if self.offset {
+            map[3][0] = -gain_unit * self.scale_u.zero;
+            map[3][1] = 1.0 / self.scale_y.factor;
+        }
+        let mut P = Vec::with_capacity(map.len() * map.len());
+        for left in &map {
+            for right in &map {
+                let mut sum = 0.0;
+                for (i, l) in left.iter().enumerate() {
+                    for (j, r) in right.iter().enumerate() {
+                        sum += l * r * solution.inverse_gram[i * all + j];
+                    }
+                }
+                P.push(s2 * sum);
+            }
+        }
+        P
+    }
+
+    /// Refuses a model that explains no more than the best of as many random inputs would (X04).
+    ///
+    /// The F test of three parameters, with the p-value multiplied by the number of delays tried.
+    fn check_relation(&self, all: &Triangle, rss: f64, N: usize) -> Result<()> {
+        let own: Vec<usize> = (1..self.linear()).collect();
+        let without = residual_norm2(all, &own, all.n() - 1, RANK_TOLERANCE);
+        let freedom = (N - self.linear() - 3) as f64;
+        let F = (without - rss) / 3.0 / (rss / freedom).max(f64::MIN_POSITIVE);
+        let tried = self.cells.clone().count() as f64;
+        let p = (tried * f_tail(F, 3.0, freedom)).min(1.0);
+        if p > self.limits.X04 { Err(no_relation(self.rec, p, self.limits)) } else { Ok(()) }
+    }
+
+    fn notes(&self, model: &ProcessModel, N: usize, best: &Point) -> Vec<Note> {
+        let mut notes = Vec::new();
+        let Ts = self.rec.Ts;
+        let rows_limit = self.limits.X03 * 4.0;
+        if (N as f64) < rows_limit {
+            notes.push(
+                Note::warning("X03", format!("{N} rows for 4 parameters: intervals are rough"))
+                    .count(N)
+                    .measured(N as f64 / 4.0, self.limits.X03)
+                    .remedy("record longer"),
+            );
+        }
+        if self.stretches(best.history).any(|s| s.at_rest) {
+            notes.push(Note::info(
+                "X07",
+                "a step test that begins at rest: the plant is taken as in equilibrium before it",
+            ));
+        }
+        if best.status != Status::Converged {
+            notes.push(
+                Note::warning("N05", "the search stopped before the gradient test passed")
+                    .remedy("give a range of delays: L=(low, high)"),
+            );
+        }
+        if model.L >= self.bounds.1 - 1e-6 * Ts {
+            notes.push(
+                Note::warning(
+                    "X05",
+                    format!("the delay lies at the end of the range searched, {:.4} s", self.bounds.1),
+                )
+                .at(Place::column("L"))
+                .measured(model.L, self.bounds.1)
+                .remedy("search a wider range: L=(low, high)"),
+            );
+        }
+        if model.T < 2.0 * Ts {
+            notes.push(
+                Note::warning("M09", format!("T = {:.4} s is short against Ts = {Ts} s", model.T))
+                    .measured(Ts / model.T, 0.5)
+                    .remedy("sample faster"),
+            );
+        }
+        notes
+    }
+}

@@ -1,0 +1,256 @@
+//! The data of a process fit, the rows that count, and the rows of its regressions at a point.
+
+use std::ops::{Range, RangeInclusive};
+
+use super::super::fit::Status;
+use super::super::least_squares::too_short;
+use super::{ProcessOptions, RANK_TOLERANCE};
+use crate::error::Result;
+use crate::limits::Limits;
+use crate::linalg::{Block, Segmented, Triangle, extent, solve};
+use crate::record::{Record, Scale};
+
+/// Moves of the input up to which a segment counts as a step test.
+const MOST_MOVES: usize = 10;
+
+/// Share of the output's travel that it may drift before the first move and still be at rest.
+const DRIFT: f64 = 0.05;
+
+/// The scaled data and the rows on which residuals count.
+pub(super) struct Problem<'r, 'a> {
+    pub(super) rec: &'r Record<'a>,
+    pub(super) limits: &'r Limits,
+    pub(super) offset: bool,
+    pub(super) u: Vec<f64>,
+    pub(super) y: Vec<f64>,
+    pub(super) scale_u: Scale,
+    pub(super) scale_y: Scale,
+    pub(super) stretches: Vec<Stretch>,
+    /// Delay cells allowed, in whole samples.
+    pub(super) cells: RangeInclusive<usize>,
+    /// Bounds of the delay, s.
+    pub(super) bounds: (f64, f64),
+}
+
+/// A segment, and whether its plant was at rest before it.
+pub(super) struct Stretch {
+    pub(super) rows: Range<usize>,
+    pub(super) at_rest: bool,
+}
+
+impl Stretch {
+    /// First residual row when segments not at rest give `history` rows away.
+    pub(super) fn first(&self, history: usize) -> usize {
+        if self.at_rest { self.rows.start } else { (self.rows.start + history).min(self.rows.end) }
+    }
+}
+
+/// Whether a segment is a step test that begins at rest: the input moves a few times only, and before its
+/// first move the output has not gone anywhere.
+fn starts_at_rest(rec: &Record, rows: &Range<usize>) -> bool {
+    let u = &rec.u[rows.clone()];
+    let moves = u.windows(2).filter(|w| w[0] != w[1]).count();
+    let held = u.iter().take_while(|&&x| x == u[0]).count();
+    if moves > MOST_MOVES || held < 3 || held == u.len() {
+        return false;
+    }
+    let (low, high) = extent(&rec.y[rows.clone()]);
+    let drift = rec.y[rows.start + held - 1] - rec.y[rows.start];
+    drift.abs() <= DRIFT * (high - low)
+}
+
+/// A point of the search: `L = m Ts + f`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) ln_T: f64,
+    pub(super) m: usize,
+    pub(super) f: f64,
+    /// Rows of each segment that are history only.
+    pub(super) history: usize,
+    pub(super) cost: f64,
+    pub(super) status: Status,
+}
+
+impl<'r, 'a> Problem<'r, 'a> {
+    pub(super) fn new(rec: &'r Record<'a>, options: &ProcessOptions, limits: &'r Limits) -> Result<Self> {
+        let scale_u = Scale::of(rec.u, options.offset);
+        let scale_y = Scale::of(rec.y, options.offset);
+        let span = rec.segments().map(|s| s.len()).max().unwrap_or(0);
+        let default = (span as f64 / 4.0).min(200.0) * rec.Ts;
+        let bounds = options.L.unwrap_or((0.0, default));
+        let cell = |L: f64| (L / rec.Ts + 1e-9).floor() as usize;
+        let stretches =
+            rec.segments().map(|rows| Stretch { at_rest: starts_at_rest(rec, &rows), rows }).collect();
+        let problem = Problem {
+            rec,
+            stretches,
+            limits,
+            offset: options.offset,
+            u: rec.u.iter().map(|&x| scale_u.apply(x)).collect(),
+            y: rec.y.iter().map(|&x| scale_y.apply(x)).collect(),
+            scale_u,
+            scale_y,
+            cells: cell(bounds.0)..=cell(bounds.1),
+            bounds,
+        };
+        let rows = problem.rows(problem.cells.start() + 1);
+        let needed = 3 + usize::from(options.offset) + problem.rec.starts.len();
+        if rows <= needed {
+            return Err(too_short(rows, needed));
+        }
+        Ok(problem)
+    }
+
+    /// Segments long enough to count when `history` rows are given away.
+    pub(super) fn stretches(&self, history: usize) -> impl Iterator<Item = &Stretch> {
+        self.stretches.iter().filter(move |s| s.rows.len() > history + 2)
+    }
+
+    /// Residual rows when each segment not at rest gives `history` rows away.
+    pub(super) fn rows(&self, history: usize) -> usize {
+        self.stretches(history)
+            .flat_map(|s| s.first(history)..s.rows.end)
+            .filter(|&k| self.rec.is_valid(k, 0))
+            .count()
+    }
+
+    /// Number of columns shared by all segments: gain, and offset if estimated.
+    pub(super) fn linear(&self) -> usize {
+        1 + usize::from(self.offset)
+    }
+
+    /// Cost and linear parameters `[K, O]` with the initial states at a point.
+    pub(super) fn evaluate(&self, point: &Point) -> Option<(f64, Linear)> {
+        let mut problem = Segmented::new(1, self.linear());
+        let shape = Shape::new(point, self.rec.Ts);
+        for s in self.stretches(point.history) {
+            problem.push(self.segment(s, point, &shape, None));
+        }
+        let columns: Vec<usize> = (0..self.linear()).collect();
+        let solution = solve(problem.common(), &columns, self.linear(), RANK_TOLERANCE).ok()?;
+        let x0 = problem.locals(&solution.theta);
+        Some((solution.rss, Linear { theta: solution.theta, x0 }))
+    }
+
+    /// Triangle of `[K, O | lnT, L | y]` over all segments at a point, initial states eliminated.
+    pub(super) fn full(&self, point: &Point, linear: &Linear) -> Triangle {
+        let mut problem = Segmented::new(1, self.linear() + 2);
+        let shape = Shape::new(point, self.rec.Ts);
+        for (s, x0) in self.stretches(point.history).zip(&linear.x0) {
+            problem.push(self.segment(s, point, &shape, Some((linear.theta[0], x0[0]))));
+        }
+        problem.common().clone()
+    }
+
+    /// Triangle of one segment's rows `[a^k | xi, 1 | dyhat/dlnT, dyhat/d(L/Ts) | y]`; the
+    /// derivatives only where gain and initial state are given.
+    fn segment(
+        &self,
+        s: &Stretch,
+        point: &Point,
+        shape: &Shape,
+        at: Option<(f64, f64)>,
+    ) -> Triangle {
+        let n = 1 + self.linear() + if at.is_some() { 2 } else { 0 } + 1;
+        let (mut triangle, mut block) = (Triangle::new(n), Block::new(n));
+        let mut row = [0.0; 6];
+        let u = &self.u[s.rows.clone()];
+        let first = s.first(point.history) - s.rows.start;
+        let mut state = if s.at_rest { ShapeState::at_rest(u[0]) } else { ShapeState::free() };
+        for k in first..u.len() {
+            if k > first {
+                // Rows before the segment are asked for only at rest, where the input was held.
+                let (newer, older) = (k.saturating_sub(point.m + 1), k.saturating_sub(point.m + 2));
+                state.advance(shape, u[newer], u[older]);
+            }
+            if !self.rec.is_valid(s.rows.start + k, 0) {
+                continue;
+            }
+            let mut j = 0;
+            let mut put = |x: f64| {
+                row[j] = x;
+                j += 1;
+            };
+            put(state.decay);
+            put(state.xi);
+            if self.offset {
+                put(1.0);
+            }
+            if let Some((K, x0)) = at {
+                put(K * state.xi_ln_T + x0 * state.decay_ln_T);
+                put(K * state.xi_L);
+            }
+            put(self.y[s.rows.start + k]);
+            block.push(&row[..n]);
+            if block.free() == 0 {
+                triangle.absorb(&mut block);
+            }
+        }
+        triangle.absorb(&mut block);
+        triangle
+    }
+}
+
+pub(super) struct Linear {
+    pub(super) theta: Vec<f64>,
+    pub(super) x0: Vec<Vec<f64>>,
+}
+
+/// Coefficients of the unit-gain recursion at a point, with their derivatives.
+struct Shape {
+    a: f64,
+    b1: f64,
+    b2: f64,
+    a_ln_T: f64,
+    b1_ln_T: f64,
+    b2_ln_T: f64,
+    /// d b1 / d(L/Ts) = -d b2 / d(L/Ts).
+    b1_L: f64,
+}
+
+impl Shape {
+    fn new(point: &Point, Ts: f64) -> Self {
+        let T = point.ln_T.exp();
+        let a = (-Ts / T).exp();
+        let g = (-(Ts - point.f) / T).exp();
+        let (a_ln_T, g_ln_T) = (a * Ts / T, g * (Ts - point.f) / T);
+        Shape {
+            a,
+            b1: -(-(Ts - point.f) / T).exp_m1(),
+            b2: -g * (-point.f / T).exp_m1(),
+            a_ln_T,
+            b1_ln_T: -g_ln_T,
+            b2_ln_T: g_ln_T - a_ln_T,
+            b1_L: -g * Ts / T,
+        }
+    }
+}
+
+/// State of the recursion and of its derivatives, from rest at the first residual row.
+struct ShapeState {
+    xi: f64,
+    xi_ln_T: f64,
+    xi_L: f64,
+    decay: f64,
+    decay_ln_T: f64,
+}
+
+impl ShapeState {
+    /// The state is a parameter of its own: the response counts from zero.
+    fn free() -> Self {
+        ShapeState { xi: 0.0, xi_ln_T: 0.0, xi_L: 0.0, decay: 1.0, decay_ln_T: 0.0 }
+    }
+
+    /// In equilibrium with the held input.
+    fn at_rest(u: f64) -> Self {
+        ShapeState { xi: u, decay: 0.0, ..ShapeState::free() }
+    }
+
+    fn advance(&mut self, c: &Shape, newer: f64, older: f64) {
+        self.xi_ln_T = c.a * self.xi_ln_T + c.a_ln_T * self.xi + c.b1_ln_T * newer + c.b2_ln_T * older;
+        self.xi_L = c.a * self.xi_L + c.b1_L * (newer - older);
+        self.xi = c.a * self.xi + c.b1 * newer + c.b2 * older;
+        self.decay_ln_T = c.a * self.decay_ln_T + c.a_ln_T * self.decay;
+        self.decay *= c.a;
+    }
+}
