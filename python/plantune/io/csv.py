@@ -25,7 +25,7 @@ from plantune.record import Floats
 WHITE: Final = " "
 _DELIMITERS: Final = ("\t", ";", ",", WHITE)  # where several fit equally, the first
 _SAMPLE: Final = 50  # lines that show the delimiter
-_CELLS_AT_ONCE: Final = 100_000
+_CELLS_AT_ONCE: Final = 10_000  # stays in the cache
 _LONGEST_STAMP: Final = 40
 
 Rows = list[list[str]]
