@@ -135,6 +135,22 @@ impl<'a> Record<'a> {
         contiguous(self.y, self.ny, i)
     }
 
+    /// Output `i` as a contiguous column, the last counting value held where it does not count.
+    pub fn output_held(&self, i: usize) -> Cow<'a, [f64]> {
+        if self.valid.is_none() {
+            return self.output(i);
+        }
+        let first = (0..self.N()).find(|&k| self.is_valid(k, i)).unwrap_or(0);
+        let mut last = self.y_at(first, i);
+        let mut hold = |k: usize| {
+            if self.is_valid(k, i) {
+                last = self.y_at(k, i);
+            }
+            last
+        };
+        (0..self.N()).map(&mut hold).collect()
+    }
+
     /// Input `i` as a name.
     pub fn input_name(&self, i: usize) -> &str {
         &self.names[i]

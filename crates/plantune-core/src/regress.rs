@@ -42,7 +42,7 @@ impl<'r, 'a> Regression<'r, 'a> {
             .max();
         let runs = rec.runs(history.unwrap_or(0), na.unwrap_or(0), output);
         let u = (0..rec.nu).map(|i| Scale::of(&rec.input(i), centred)).collect();
-        let y = Scale::of(&rec.output(output), centred);
+        let y = Scale::of(&rec.output_held(output), centred);
         Regression { rec, output, columns, runs, u, y }
     }
 

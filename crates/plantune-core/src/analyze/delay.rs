@@ -221,7 +221,7 @@ impl<'r, 'a> Scan<'r, 'a> {
     fn follows_later(&self, first: usize) -> Option<usize> {
         let (rec, N) = (self.rec, self.rec.N());
         let changes = |x: &[f64]| x.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>();
-        let (u, y) = (changes(&rec.input(self.input)), changes(&rec.output(0)));
+        let (u, y) = (changes(&rec.input(self.input)), changes(&rec.output_held(0)));
         let strength = |lag: usize| {
             let (u, y) = (&u[..N - 1 - lag], &y[lag..]);
             let moves = u.iter().filter(|x| **x != 0.0).count();

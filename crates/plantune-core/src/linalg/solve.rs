@@ -133,7 +133,7 @@ impl PivotedQr {
     }
 
     fn diagonal(&self, k: usize) -> f64 {
-        if k < self.rows { self.a[k * self.rows + k].abs() } else { 0.0 }
+        if k < self.rows.min(self.order.len()) { self.a[k * self.rows + k].abs() } else { 0.0 }
     }
 
     fn ratio(&self) -> f64 {

@@ -36,7 +36,7 @@ const RANK_TOLERANCE: f64 = 1e-13;
 pub struct ProcessOptions {
     /// Whether an offset is estimated.
     pub offset: bool,
-    /// Range of delays to search, s; a tenth of the record, at most 200 samples, when absent.
+    /// Range of delays to search, s; a quarter of the longest segment, at most 200 samples, when absent.
     pub L: Option<(f64, f64)>,
 }
 
@@ -44,12 +44,13 @@ pub struct ProcessOptions {
 pub fn p1d(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<Fit> {
     check(rec, options, limits)?;
     check_input_motion(rec, limits)?;
-    let problem = Problem::new(rec, options, limits)?;
-    let minima: Vec<Point> = problem.starts().into_iter().filter_map(|(T, m)| problem.search(T, m)).collect();
-    match problem.best(&minima) {
-        Some(best) => problem.fit(&best),
-        None => Err(no_relation(rec, 1.0, limits)),
+    let mut problem = Problem::new(rec, options, limits)?;
+    let mut best = problem.minimum().ok_or_else(|| no_relation(rec, 1.0, limits))?;
+    if problem.contradicts_rest(&best) {
+        problem = problem.without_rest();
+        best = problem.minimum().ok_or_else(|| no_relation(rec, 1.0, limits))?;
     }
+    problem.fit(&best)
 }
 
 fn check(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<()> {

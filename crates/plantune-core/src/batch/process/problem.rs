@@ -7,11 +7,14 @@ use super::super::least_squares::too_short;
 use super::{ProcessOptions, RANK_TOLERANCE};
 use crate::error::Result;
 use crate::limits::Limits;
-use crate::linalg::{Block, Segmented, Triangle, extent, solve};
+use crate::linalg::{Block, Segmented, Triangle, dot, extent, solve};
 use crate::record::{Record, Scale};
 
 /// Moves of the input up to which a segment counts as a step test.
-const MOST_MOVES: usize = 10;
+const MOST_MOVES: usize = 6;
+
+/// Share of the segment over which the input must be held at first.
+const LEAST_REST: f64 = 0.015;
 
 /// Share of the output's travel that it may drift before the first move and still be at rest.
 const DRIFT: f64 = 0.05;
@@ -45,18 +48,17 @@ impl Stretch {
     }
 }
 
-/// Whether a segment is a step test that begins at rest: the input moves a few times only, and before its
-/// first move the output has not gone anywhere.
-fn starts_at_rest(rec: &Record, rows: &Range<usize>) -> bool {
-    let u = &rec.u[rows.clone()];
+/// Whether a segment looks like a step test that begins at rest: the input moves a few times only, and
+/// before its first move the output has not gone anywhere.
+fn starts_at_rest(u: &[f64], y: &[f64], rows: &Range<usize>) -> bool {
+    let (u, y) = (&u[rows.clone()], &y[rows.clone()]);
     let moves = u.windows(2).filter(|w| w[0] != w[1]).count();
     let held = u.iter().take_while(|&&x| x == u[0]).count();
-    if moves > MOST_MOVES || held < 3 || held == u.len() {
+    if moves > MOST_MOVES || held == u.len() || (held as f64) < LEAST_REST * u.len() as f64 {
         return false;
     }
-    let (low, high) = extent(&rec.y[rows.clone()]);
-    let drift = rec.y[rows.start + held - 1] - rec.y[rows.start];
-    drift.abs() <= DRIFT * (high - low)
+    let (low, high) = extent(y);
+    (y[held - 1] - y[0]).abs() <= DRIFT * (high - low)
 }
 
 /// A point of the search: `L = m Ts + f`.
@@ -74,20 +76,21 @@ pub(super) struct Point {
 impl<'r, 'a> Problem<'r, 'a> {
     pub(super) fn new(rec: &'r Record<'a>, options: &ProcessOptions, limits: &'r Limits) -> Result<Self> {
         let scale_u = Scale::of(rec.u, options.offset);
-        let scale_y = Scale::of(rec.y, options.offset);
+        let y = rec.output_held(0);
+        let scale_y = Scale::of(&y, options.offset);
         let span = rec.segments().map(|s| s.len()).max().unwrap_or(0);
         let default = (span as f64 / 4.0).min(200.0) * rec.Ts;
         let bounds = options.L.unwrap_or((0.0, default));
         let cell = |L: f64| (L / rec.Ts + 1e-9).floor() as usize;
         let stretches =
-            rec.segments().map(|rows| Stretch { at_rest: starts_at_rest(rec, &rows), rows }).collect();
+            rec.segments().map(|rows| Stretch { at_rest: starts_at_rest(rec.u, &y, &rows), rows }).collect();
         let problem = Problem {
             rec,
             stretches,
             limits,
             offset: options.offset,
             u: rec.u.iter().map(|&x| scale_u.apply(x)).collect(),
-            y: rec.y.iter().map(|&x| scale_y.apply(x)).collect(),
+            y: y.iter().map(|&x| scale_y.apply(x)).collect(),
             scale_u,
             scale_y,
             cells: cell(bounds.0)..=cell(bounds.1),
@@ -132,6 +135,36 @@ impl<'r, 'a> Problem<'r, 'a> {
         Some((solution.rss, Linear { theta: solution.theta, x0 }))
     }
 
+    /// Whether the rows that count only because their segment is taken as at rest speak against it: their
+    /// mean squared error is more than twice that of all rows.
+    pub(super) fn contradicts_rest(&self, point: &Point) -> bool {
+        let Some((cost, linear)) = self.evaluate(point) else { return false };
+        let shape = Shape::new(point, self.rec.Ts);
+        let offset = linear.theta.get(1).copied().unwrap_or(0.0);
+        let (mut sum, mut count) = (0.0, 0);
+        for s in self.stretches(point.history).filter(|s| s.at_rest) {
+            let u = &self.u[s.rows.clone()];
+            let mut state = ShapeState::at_rest(u[0]);
+            for k in 0..point.history {
+                if k > 0 {
+                    state.advance(&shape, u[k.saturating_sub(point.m + 1)], u[k.saturating_sub(point.m + 2)]);
+                }
+                if self.rec.is_valid(s.rows.start + k, 0) {
+                    sum += (self.y[s.rows.start + k] - linear.theta[0] * state.xi - offset).powi(2);
+                    count += 1;
+                }
+            }
+        }
+        let exact = 1e-20 * dot(&self.y, &self.y);
+        sum > exact && sum / count as f64 > 2.0 * cost / self.rows(point.history) as f64
+    }
+
+    /// Takes no segment as at rest.
+    pub(super) fn without_rest(mut self) -> Self {
+        self.stretches.iter_mut().for_each(|s| s.at_rest = false);
+        self
+    }
+
     /// Triangle of `[K, O | lnT, L | y]` over all segments at a point, initial states eliminated.
     pub(super) fn full(&self, point: &Point, linear: &Linear) -> Triangle {
         let mut problem = Segmented::new(1, self.linear() + 2);
@@ -144,13 +177,7 @@ impl<'r, 'a> Problem<'r, 'a> {
 
     /// Triangle of one segment's rows `[a^k | xi, 1 | dyhat/dlnT, dyhat/d(L/Ts) | y]`; the
     /// derivatives only where gain and initial state are given.
-    fn segment(
-        &self,
-        s: &Stretch,
-        point: &Point,
-        shape: &Shape,
-        at: Option<(f64, f64)>,
-    ) -> Triangle {
+    fn segment(&self, s: &Stretch, point: &Point, shape: &Shape, at: Option<(f64, f64)>) -> Triangle {
         let n = 1 + self.linear() + if at.is_some() { 2 } else { 0 } + 1;
         let (mut triangle, mut block) = (Triangle::new(n), Block::new(n));
         let mut row = [0.0; 6];

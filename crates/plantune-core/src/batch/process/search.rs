@@ -15,7 +15,7 @@ enum Stop {
 
 impl Problem<'_, '_> {
     /// From cell to cell downhill, until the minimum lies inside a cell or at a kink.
-    pub(super) fn search(&self, T: f64, m: usize) -> Option<Point> {
+    fn search(&self, T: f64, m: usize) -> Option<Point> {
         let Ts = self.rec.Ts;
         let reach = *self.cells.end();
         let room = |m: usize| (m + 2).min(reach) + 1;
@@ -41,8 +41,14 @@ impl Problem<'_, '_> {
         self.descend(best, Stop::AtMinimum)
     }
 
+    /// The best minimum found from any start.
+    pub(super) fn minimum(&self) -> Option<Point> {
+        let minima: Vec<Point> = self.starts().into_iter().filter_map(|(T, m)| self.search(T, m)).collect();
+        self.best(&minima)
+    }
+
     /// The best of several minima, judged on the rows that all of them leave.
-    pub(super) fn best(&self, points: &[Point]) -> Option<Point> {
+    fn best(&self, points: &[Point]) -> Option<Point> {
         let history = points.iter().map(|p| p.history).max()?;
         let cost =
             |p: &Point| self.evaluate(&Point { history, ..*p }).map_or(f64::INFINITY, |(cost, _)| cost);
