@@ -16,34 +16,31 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from plantune import (
-        analyze,
-        datasets,
-        estimate,
-        job,
-        models,
-        plot,
-        prep,
-        report,
-        simulate,
-        tune,
-        validate,
-    )
-    from plantune.errors import (
-        DataError,
-        NotIdentifiable,
-        NumericsError,
-        PlantuneError,
-        RunError,
-        UsageError,
-    )
-    from plantune.estimate import Fit
-    from plantune.io import read
-    from plantune.notes import Limits, Note
-    from plantune.record import Record
-    from plantune.simulate import Response
-    from plantune.tune import Tuning
-    from plantune.validate import Verdict
+    from plantune import analyze as analyze
+    from plantune import datasets as datasets
+    from plantune import estimate as estimate
+    from plantune import job as job
+    from plantune import models as models
+    from plantune import plot as plot
+    from plantune import prep as prep
+    from plantune import report as report
+    from plantune import simulate as simulate
+    from plantune import tune as tune
+    from plantune import validate as validate
+    from plantune.errors import DataError as DataError
+    from plantune.errors import NotIdentifiable as NotIdentifiable
+    from plantune.errors import NumericsError as NumericsError
+    from plantune.errors import PlantuneError as PlantuneError
+    from plantune.errors import RunError as RunError
+    from plantune.errors import UsageError as UsageError
+    from plantune.estimate import Fit as Fit
+    from plantune.io import read as read
+    from plantune.notes import Limits as Limits
+    from plantune.notes import Note as Note
+    from plantune.record import Record as Record
+    from plantune.simulate import Response as Response
+    from plantune.tune import Tuning as Tuning
+    from plantune.validate import Verdict as Verdict
 
 # Where each public name lives; a name that maps to None is a stage.
 _HOME: dict[str, str | None] = {
@@ -74,7 +71,7 @@ _HOME: dict[str, str | None] = {
     "report": None,
 }
 
-__all__ = [*_HOME, "__version__"]  # noqa: PLE0604 - strings, spelled once above
+__all__ = [*_HOME, "__version__"]
 
 
 def __getattr__(name: str) -> Any:

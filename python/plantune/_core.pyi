@@ -1,0 +1,162 @@
+"""The compiled core as the Python side sees it: values in by attribute, arrays and dicts out.
+
+Every function may raise a `PlantuneError`.  Arrays are C-contiguous float64; frequencies are
+rad/s, times and `Ts` seconds, `input` counts from 0.  A dict holds the fields of the value that is
+built from it; square and stacked arrays come flat, notes as dicts.
+"""
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plantune.models import PID, PolyModel, ProcessModel
+from plantune.models.base import LinearModel
+from plantune.notes import Limits
+from plantune.record import Record
+from plantune.validate import Verdict
+
+__version__: str
+
+Floats: TypeAlias = NDArray[np.float64]
+Complexes: TypeAlias = NDArray[np.complex128]
+Band: TypeAlias = tuple[Floats, Floats]
+Interval: TypeAlias = tuple[float, float]
+Fields: TypeAlias = dict[str, Any]
+Model: TypeAlias = LinearModel | None  # of a fit; None is refused (U01)
+
+# --- records, limits ---------------------------------------------------------------------------
+
+def check_record(rec: Record, limits: Limits) -> str:
+    """Refuse a record that is wrong (D codes); return the fingerprint of its numbers."""
+
+def default_limits() -> dict[str, float]:
+    """Every threshold by its code."""
+
+# --- signals -----------------------------------------------------------------------------------
+
+def prbs(n: int, hold: int, bits: int, seed: int) -> Floats:
+    """`n` rows of -1 and +1 of a maximum-length sequence, each value held for `hold` rows."""
+
+def envelope(y: Floats, start: int, end: int, buckets: int) -> NDArray[np.uintp]:
+    """Rows of `y[start:end]` worth drawing: least and greatest of each bucket."""
+
+def uniform_step(t: Floats, limits: Limits) -> float:
+    """Sample time of ascending stamps; refuses steps that differ (D15)."""
+
+def resample(
+    t: Floats, columns: Sequence[Sequence[float]], held: Sequence[bool], Ts: float
+) -> tuple[Floats, list[Floats], list[int], NDArray[np.int64]]:
+    """Return times, columns, starts and original rows on the grid of step `Ts`."""
+
+def remove_means(x: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, list[float]]:
+    """`x` (N, n) without the mean of each column over the rows that count, and these means."""
+
+# --- models ------------------------------------------------------------------------------------
+
+def simulate(model: Model, u: Floats, Ts: float, x0: float) -> Floats:
+    """Output (N,) for the input `u` (N, nu), which is zero before row 0."""
+
+def freqresp(model: Model, input: int, w: Floats) -> Complexes:
+    """Frequency response with the exact delay."""
+
+def phase_deg(model: Model, input: int, w: Floats) -> Floats:
+    """Phase in degrees, unwrapped, the delay counted in full."""
+
+def step_response(model: Model, input: int, t: Floats) -> Floats: ...
+def poles(model: Model) -> Complexes:
+    """In z for sampled models, in 1/s for process models."""
+
+def zeros(model: Model, input: int) -> Complexes: ...
+def dc_gain(model: Model) -> list[float]:
+    """One per input; infinite for an integrator."""
+
+def c2d(model: ProcessModel, Ts: float) -> Fields:
+    """Fields of `PolyModel`, every polynomial of an input in a list."""
+
+def d2c(model: PolyModel) -> Fields:
+    """Fields of `ProcessModel`."""
+
+# --- models over records and in loops ----------------------------------------------------------
+
+def over_record(
+    rec: Record,
+    model: Model,
+    horizon: int | None,
+    x0: str,
+    offset: float | None,
+    limits: Limits,
+) -> tuple[list[int], Floats, float, list[list[float]]]:
+    """Rows, model output there, offset (estimated when None) and initial state of each segment.
+
+    `horizon` counts steps ahead, None simulates; `x0` is "estimate" or "zero".
+    """
+
+def closed_loop(
+    model: ProcessModel,
+    pid: PID,
+    dt: float,
+    r: Floats,
+    d: Floats,
+    noise: Floats,
+    offset: float,
+    u0: float,
+) -> Fields:
+    """Fields of `Response`, `indices` as a dict; every `r d noise` holds for `dt`."""
+
+def default_horizon(model: ProcessModel, pid: PID) -> float:
+    """Seconds until a loop of sound settings has settled many times over."""
+
+# --- findings and fits -------------------------------------------------------------------------
+
+def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Fields:
+    """Fields of `DelayScan` but `source`; `nk` is the lowest and the highest delay."""
+
+def least_squares(phi: Floats, y: Floats) -> Fields:
+    """Fields of `Fit` but `method source rows`, `P` flat; no model."""
+
+def arx(rec: Record, na: int, nb: list[int], nk: list[int], offset: bool, limits: Limits) -> Fields:
+    """Fields of `Fit` but `method source rows`, `P` flat; `nb nk` one per input."""
+
+def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
+    """Fields of `Fit` but `method source rows`, `P` flat; `L` bounds the delay."""
+
+def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
+    """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
+
+# --- judgement ---------------------------------------------------------------------------------
+
+def check(
+    rec: Record, model: Model, x0: str, offset: float | None, lags: int, limits: Limits
+) -> Fields:
+    """Fields of `Verdict` that are computed; an X04 carries them in `.result`."""
+
+def judge(
+    process: Verdict,
+    poly: Verdict,
+    delay: tuple[float, float, float],
+    nk: int,
+    limits: Limits,
+) -> tuple[float, list[Fields]]:
+    """Factor for the deviations of the process model, and notes; `delay` is `L`, its sd, `Ts`."""
+
+# --- tuning ------------------------------------------------------------------------------------
+
+def imc_pi(model: ProcessModel, target: str, value: float) -> tuple[float, float, float]:
+    """`Kp, Ti, tau_c`; the target is "gain_margin", "phase_margin" or "tau_c"."""
+
+def margins(model: Model, pid: PID) -> Fields:
+    """Fields of `Margins`."""
+
+def margin_bands(model: Model, P: Floats, pid: PID) -> list[Interval]:
+    """95 % intervals of `gain phase_deg delay Ms Mt`; `P` is flat, here and below."""
+
+def sensitivities(model: Model, pid: PID, w: Floats) -> list[Complexes]:
+    """`L, S, T, CS`."""
+
+def step_band(model: Model, P: Floats, input: int, t: Floats) -> Band:
+    """Lower and upper curve of the 95 % band of the step response."""
+
+def bode_band(model: Model, P: Floats, input: int, w: Floats) -> tuple[Band, Band]:
+    """95 % bands of the magnitude and of the phase in degrees."""
