@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from itertools import pairwise
 from types import MappingProxyType
 from typing import Any
 
@@ -92,32 +93,40 @@ class Record:
     source: str = ""
 
     def __post_init__(self) -> None:
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
-        u, y = columns(self.u, "u"), columns(self.y, "y")
-        put("u", u)
-        put("u_names", _names(self.u_names, "u", u.shape[1]))
-        put("y_names", _names(self.y_names, "y", y.shape[1]))
-        valid = np.ones(y.shape, bool) if self.valid is None else self.valid
-        put("valid", _like(np.asarray(valid, bool), y.shape, "valid"))
-        put("y", _hold_missing(y, self.valid))
-        put("Ts", _seconds(self.Ts))
-        put("t0", float(self.t0))
-        starts = np.array([0]) if self.starts is None else self.starts
-        put("starts", _frozen(np.array(starts, np.int64)))
-        rows = np.arange(len(y)) if self.rows is None else self.rows
-        put("rows", _like(np.asarray(rows, np.int64), (len(y),), "rows"))
-        if self.r is not None:
-            put("r", _like(columns(self.r, "r"), y.shape, "r"))
-        if self.t is not None:
-            put("t", _like(columns(self.t, "t")[:, 0], (len(y),), "t"))
-        aux = {name: columns(x, name)[:, 0] for name, x in self.aux.items()}
-        put("aux", MappingProxyType({n: _like(x, (len(y),), n) for n, x in aux.items()}))
-        put("units", MappingProxyType(dict(self.units)))
-        put("log", tuple(self.log))
+        for name, value in self._frozen_fields().items():
+            object.__setattr__(self, name, value)
         if self.hold != "zoh":
             raise refusal("U01", f"`hold` is {self.hold!r}, must be 'zoh'", remedy="resample first")
         fingerprint = _core.check_record(self, DEFAULT_LIMITS)
-        put("source", self.source or fingerprint)
+        object.__setattr__(self, "source", self.source or fingerprint)
+
+    def _frozen_fields(self) -> dict[str, Any]:
+        """Bring every field to its type and shape; what the numbers say is checked by the core."""
+        u, y = columns(self.u, "u"), columns(self.y, "y")
+        per_row = (len(y),)
+        valid = np.ones(y.shape, bool) if self.valid is None else self.valid
+        starts = np.array([0]) if self.starts is None else self.starts
+        rows = np.arange(len(y)) if self.rows is None else self.rows
+        frozen: dict[str, Any] = {
+            "u": u,
+            "u_names": _names(self.u_names, "u", u.shape[1]),
+            "y_names": _names(self.y_names, "y", y.shape[1]),
+            "valid": _like(np.asarray(valid, bool), y.shape, "valid"),
+            "y": _hold_missing(y, self.valid),
+            "Ts": _seconds(self.Ts),
+            "t0": float(self.t0),
+            "starts": _frozen(np.array(starts, np.int64)),
+            "rows": _like(np.asarray(rows, np.int64), per_row, "rows"),
+        }
+        if self.r is not None:
+            frozen["r"] = _like(columns(self.r, "r"), y.shape, "r")
+        if self.t is not None:
+            frozen["t"] = _like(columns(self.t, "t")[:, 0], per_row, "t")
+        aux = {name: _like(columns(x, name)[:, 0], per_row, name) for name, x in self.aux.items()}
+        frozen["aux"] = MappingProxyType(aux)
+        frozen["units"] = MappingProxyType(dict(self.units))
+        frozen["log"] = tuple(self.log)
+        return frozen
 
     @property
     def N(self) -> int:
@@ -127,12 +136,12 @@ class Record:
     @property
     def nu(self) -> int:
         """Number of inputs."""
-        return self.u.shape[1]
+        return int(self.u.shape[1])
 
     @property
     def ny(self) -> int:
         """Number of outputs."""
-        return self.y.shape[1]
+        return int(self.y.shape[1])
 
     @property
     def time(self) -> Floats:
@@ -141,13 +150,13 @@ class Record:
             return self.t
         ascending = bool((np.diff(self.rows) > 0).all())
         steps = self.rows - self.rows[0] if ascending else np.arange(self.N)
-        return self.t0 + steps * self.Ts
+        return self.t0 + steps.astype(np.float64) * self.Ts
 
     @property
     def segments(self) -> tuple[slice, ...]:
         """Rows of each contiguous segment."""
         edges = [*self.starts.tolist(), self.N]
-        return tuple(slice(a, b) for a, b in zip(edges, edges[1:], strict=False))
+        return tuple(slice(a, b) for a, b in pairwise(edges))
 
     def split(self, share: float = 0.5) -> tuple[Record, Record]:
         """Return the first `share` of the rows and the rest.
@@ -225,8 +234,11 @@ class Record:
                     f"records differ in Ts, columns or reference: {_label(first)}, {_label(other)}",
                     remedy="resample or rename first",
                 )
+
+        def stack(name: str) -> NDArray[Any]:
+            return np.concatenate([getattr(rec, name) for rec in records])
+
         offsets = np.cumsum([0, *(rec.N for rec in records)])
-        stack = lambda name: np.concatenate([getattr(rec, name) for rec in records])  # noqa: E731
         same_source = len({rec.source for rec in records}) == 1
         return replace(
             first,
@@ -234,7 +246,7 @@ class Record:
             y=stack("y"),
             r=None if first.r is None else stack("r"),
             aux={n: np.concatenate([rec.aux[n] for rec in records]) for n in first.aux},
-            t=None,
+            t=None if all(rec.t is None for rec in records) else stack("time"),
             valid=stack("valid"),
             starts=np.concatenate(
                 [rec.starts + o for rec, o in zip(records, offsets, strict=False)]
@@ -315,14 +327,13 @@ def _like(x: NDArray[Any], shape: tuple[int, ...], name: str) -> NDArray[Any]:
 
 
 def _hold_missing(y: Floats, valid: ArrayLike | None) -> Floats:
-    """`y` with the last counting value wherever an output does not count and is not finite."""
+    """`y` with the last other value wherever an output does not count and is not finite."""
     if valid is None or np.isfinite(y).all():
         return y
-    counts = np.asarray(valid, bool).reshape(y.shape) | np.isfinite(y)
-    last = np.maximum.accumulate(np.where(counts, np.arange(len(y))[:, None], 0), axis=0)
-    held = np.take_along_axis(y, last, axis=0)
-    first = y[counts.argmax(axis=0), np.arange(y.shape[1])]
-    return _frozen(np.ascontiguousarray(np.where(np.isfinite(held), held, first)))
+    kept = np.asarray(valid, bool).reshape(y.shape) | np.isfinite(y)
+    rows = np.where(kept, np.arange(len(y))[:, None], kept.argmax(axis=0))
+    held = np.take_along_axis(y, np.maximum.accumulate(rows, axis=0), axis=0)
+    return _frozen(np.ascontiguousarray(held))
 
 
 def _names(names: Sequence[str], letter: str, n: int) -> tuple[str, ...]:

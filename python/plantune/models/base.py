@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plantune import _core
+from plantune.errors import refusal
+from plantune.notes import DEFAULT_LIMITS
 from plantune.record import Floats, Record, columns
 
 
@@ -45,12 +47,10 @@ class LinearModel:
         >>> ProcessModel(K=2.0, T=1.0, L=0.0).simulate([1.0, 1.0, 1.0], Ts=1.0)
         array([0.        , 1.26424112, 1.72932943])
         """
-        from plantune.errors import refusal
-
-        own = getattr(self, "Ts", None)
-        if Ts is None and own is None:
+        step = getattr(self, "Ts", None) if Ts is None else Ts
+        if step is None:
             raise refusal("U01", "`Ts` is missing", remedy="pass Ts= in seconds")
-        return _core.simulate(self, columns(u, "u"), own if Ts is None else Ts, x0)
+        return _core.simulate(self, columns(u, "u"), step, x0)
 
     def predict(self, rec: Record, horizon: int | None = 1, offset: float = 0.0) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -79,8 +79,6 @@ class LinearModel:
         >>> model.predict(rec).round(3)
         array([  nan, 0.   , 0.5  , 0.75 , 0.875])
         """
-        from plantune.notes import DEFAULT_LIMITS
-
         rows, yhat, _, _ = _core.over_record(rec, self, horizon, "estimate", offset, DEFAULT_LIMITS)
         full = np.full(rec.N, np.nan)
         full[rows] = yhat

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from plantune import _core
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
 
 
 def c2d(model: ProcessModel, Ts: float) -> PolyModel:
-    """Sample a process model behind a zero-order hold; any delay, exact.
+    """Sample a process model behind a zero-order hold, exact for any delay.
 
     Parameters
     ----------
@@ -32,17 +35,27 @@ def c2d(model: ProcessModel, Ts: float) -> PolyModel:
     --------
     >>> print(c2d(ProcessModel(K=-5.939, T=0.1491, L=0.1), Ts=0.02))
     A(q) y(t) = B(q) u(t - 6) + e(t)
-    A(q) = 1 - 0.874468 q^-1
-    B(q) = -0.745533
+    A(q) = 1 - 0.874469 q^-1
+    B(q) = -0.745527
     Ts = 0.02 s
     """
-    return from_core(_core.c2d(model, Ts))
+    return _poly(_core.c2d(model, Ts))
 
 
 def d2c(model: PolyModel) -> ProcessModel:
-    """Return the process model that a first-order polynomial model samples.
+    """Return the process model of which a first-order model is the sampled form.
 
     The inverse of `c2d`; the fraction of the delay is read from the two b coefficients.
+
+    Parameters
+    ----------
+    model : PolyModel
+        `A = [1, -a]` with `0 < a < 1`; one or two b coefficients.
+
+    Returns
+    -------
+    ProcessModel
+        `T` and `L` in seconds.
 
     Raises
     ------
@@ -57,12 +70,15 @@ def d2c(model: PolyModel) -> ProcessModel:
     >>> print(d2c(c2d(ProcessModel(K=2.0, T=5.0, L=1.3), Ts=1.0)))
     G(s) = 2 e^(-1.3 s) / (5 s + 1)
     """
-    return from_core(_core.d2c(model))
+    return ProcessModel(**_core.d2c(model))
 
 
-def from_core(d: dict) -> PolyModel | ProcessModel:  # type: ignore[type-arg]
+def from_core(d: Mapping[str, Any]) -> PolyModel | ProcessModel:
     """Return the model that the core sends as a dict."""
-    if "K" in d:
-        return ProcessModel(**d)
+    return ProcessModel(**d) if "K" in d else _poly(d)
+
+
+def _poly(d: Mapping[str, Any]) -> PolyModel:
+    """One input has its polynomials bare, several have lists."""
     single = len(d["B"]) == 1
     return PolyModel(**{k: v[0] if single and k in ("B", "F", "nk") else v for k, v in d.items()})

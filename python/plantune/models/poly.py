@@ -51,22 +51,24 @@ class PolyModel(LinearModel):
     Ts: float = 1.0
 
     def __post_init__(self) -> None:
-        put = lambda name, value: object.__setattr__(self, name, value)  # noqa: E731
         several = len(self.B) > 0 and np.ndim(self.B[0]) > 0
         inputs = len(self.B) if several else 1
-        for name in ("A", "C", "D"):
-            put(name, _monic(getattr(self, name), name))
-        B = [_polynomial(b, "B") for b in self.B] if several else _polynomial(self.B, "B")
-        put("B", B)
+        frozen: dict[str, Any] = {p: _monic(getattr(self, p), p) for p in ("A", "C", "D")}
         F = ([_ONE] * inputs if several else _ONE) if self.F is None else self.F
-        put("F", [_monic(f, "F") for f in F] if several else _monic(F, "F"))
+        if several:
+            frozen["B"] = [_polynomial(b, "B") for b in self.B]
+            frozen["F"] = [_monic(f, "F") for f in F]
+        else:
+            frozen["B"], frozen["F"] = _polynomial(self.B, "B"), _monic(F, "F")
         nk = self.nk if np.ndim(self.nk) else [self.nk] * inputs
-        if len(nk) != inputs or len(self._list(self.F)) != inputs:
+        if len(nk) != inputs or len(self._list(frozen["F"])) != inputs:
             raise refusal("U01", f"B has {inputs} inputs, `nk` {len(nk)}", remedy="one per input")
         if any(k < 0 or k != int(k) for k in nk):
             raise refusal("U01", f"`nk` is {nk}, must be whole and >= 0", remedy="nk=1")
-        put("nk", [int(k) for k in nk] if several else int(nk[0]))
-        put("Ts", float(self.Ts))
+        frozen["nk"] = [int(k) for k in nk] if several else int(nk[0])
+        frozen["Ts"] = float(self.Ts)
+        for name, value in frozen.items():
+            object.__setattr__(self, name, value)
 
     @property
     def core(self) -> SimpleNamespace:
@@ -87,7 +89,8 @@ class PolyModel(LinearModel):
 
     def __str__(self) -> str:
         inputs = zip(self._list(self.B), self._list(self.F), self.core.nk, strict=True)
-        terms, lines = [], []
+        terms: list[str] = []
+        lines: list[str] = []
         several = isinstance(self.B, list)
         for i, (b, f, nk) in enumerate(inputs, 1):
             tag = str(i) if several else ""
@@ -124,7 +127,7 @@ def _monic(p: Any, name: str) -> Floats:
 
 
 def _written(p: Floats) -> str:
-    terms = []
+    terms: list[str] = []
     for k, c in enumerate(p):
         power = f" q^-{k}" if k else ""
         sign = ("-" if c < 0 else "+") if terms else ("-" if c < 0 else "")

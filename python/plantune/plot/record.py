@@ -79,10 +79,11 @@ def drawn(rec: Record, x: Floats, valid: np.ndarray | None = None) -> tuple[Floa
 def thinned(t: Floats, x: Floats, held: Floats, parts: tuple[slice, ...]) -> tuple[Floats, Floats]:
     """Thin each part to its envelope and join them with breaks."""
     held = np.ascontiguousarray(held)
-    times, values = [], []
+    times: list[Floats] = []
+    values: list[Floats] = []
     for part in parts:
         share = max(1, round(BUCKETS * (part.stop - part.start) / len(x)))
         rows = _core.envelope(held, part.start, part.stop, share)
         times += [t[rows], t[rows[-1:]]]
-        values += [x[rows], [np.nan]]
+        values += [x[rows], np.array([np.nan])]
     return np.concatenate(times[:-1]), np.concatenate(values[:-1])
