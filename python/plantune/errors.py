@@ -16,7 +16,32 @@ from typing import Any
 
 
 class PlantuneError(Exception):
-    """A refusal: `code`, `where`, `count`, `measured`, `limit`, `remedy`, and `result` if partial."""
+    """A refusal that says what is wrong, where, how much, and what to do.
+
+    Attributes
+    ----------
+    text, code : str
+        What is wrong; its row in the catalogue of bad inputs, such as `D07`.
+    where : tuple or None
+        Column, row and time in seconds of the first place.
+    count : int or None
+        How many rows or places.
+    measured, limit : float or None
+        The number that decided, and what it was compared with.
+    remedy : str
+        What to do.
+    result : object
+        A partial result that may be studied, or None.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> try:
+    ...     pt.Record(u=[1, 2, 3], y=[1.0, float("nan"), 3.0], Ts=0.1)
+    ... except pt.PlantuneError as error:
+    ...     print(error.code, error.where, error.count, error.exit_code)
+    D07 ('y', 1, 0.1) 1 2
+    """
 
     exit_code = 1
 
@@ -53,31 +78,76 @@ class PlantuneError(Exception):
 
 
 class UsageError(PlantuneError, ValueError):
-    """A wrong argument (U01)."""
+    """A wrong argument (U01).
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> try:
+    ...     pt.models.PID(Kp=1.0, Ti=-2.0)
+    ... except pt.UsageError as error:
+    ...     print(error.text)
+    `Ti` is -2.0, must be positive, or inf
+    """
 
     exit_code = 2
 
 
 class DataError(PlantuneError, ValueError):
-    """The data are wrong (D01 to D20)."""
+    """The data are wrong (D01 to D20).
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> try:
+    ...     pt.Record(u=[0, 1, 1], y=[0.0, 0.5], Ts=0.1)
+    ... except pt.DataError as error:
+    ...     print(error.code, error.text)
+    D09 u has 3 rows and y has 2
+    """
 
     exit_code = 2
 
 
 class NotIdentifiable(PlantuneError):  # noqa: N818 - the name says what is wrong
-    """The data do not support what was asked (X and M codes)."""
+    """The data do not support what was asked (X and M codes).
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> rec = pt.Record(u=[5.0] * 100, y=range(100), Ts=0.1)
+    >>> try:
+    ...     pt.estimate.arx(rec, 1, 1)
+    ... except pt.NotIdentifiable as error:
+    ...     print(error.code, error.text)
+    X01 not exciting: u stays at 5 from 0 s to 9.9 s
+    """
 
     exit_code = 3
 
 
 class NumericsError(PlantuneError, ArithmeticError):
-    """The numbers cannot be trusted (N codes)."""
+    """The numbers cannot be trusted (N codes).
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> issubclass(pt.NumericsError, ArithmeticError), pt.NumericsError.exit_code
+    (True, 4)
+    """
 
     exit_code = 4
 
 
 class RunError(PlantuneError):
-    """A running service cannot go on (R and C codes)."""
+    """A running service cannot go on (R and C codes).
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> issubclass(pt.RunError, pt.PlantuneError), pt.RunError.exit_code
+    (True, 5)
+    """
 
     exit_code = 5
 

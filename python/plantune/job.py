@@ -21,7 +21,7 @@ from plantune.validate import Verdict, check
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """What the main job returns.
+    """What the main job returns: every value on the way from the record to the loop.
 
     Attributes
     ----------
@@ -41,6 +41,15 @@ class Run:
         Doubts about the run as a whole.
     truth : mapping or None
         True values of simulated records.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> run = pt.job.run(pt.datasets.hair_dryer())
+    >>> run.findings["delay"].nk, {name: round(v.fit) for name, v in run.verdicts.items()}
+    (3, {'ARX': 92, 'P1D': 87})
+    >>> run.tunings[0].rule
+    'IMC-PI, gain_margin = 3'
     """
 
     title: str
@@ -106,6 +115,7 @@ def run(
     Returns
     -------
     Run
+        With the notes of every stage.
 
     Raises
     ------
@@ -154,7 +164,8 @@ def _parts(rec: Record) -> tuple[Record, Record, tuple[Note, ...]]:
     note = Note(
         code="M11",
         severity="warning",
-        text="not validated: the input moves in one half of the record only, so no fresh part is left",
+        text="not validated: the input moves in one half of the record only, "
+        "so no fresh part is left",
         remedy="record a second step, up and down, to judge the model on",
     )
     return rec, rec, (note,)
@@ -195,7 +206,7 @@ def _chosen(
     *,
     refit: bool,
 ) -> Fit:
-    """The process model on all rows, widened by what the judge says."""
+    """Fit the process model to all rows, and widen it by what the judge says."""
     fit = process(rec, "P1D", limits=limits) if refit else fits["P1D"]
     factor, found = _core.judge(
         verdicts["P1D"],

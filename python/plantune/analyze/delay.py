@@ -13,7 +13,7 @@ from plantune.record import Floats, Record
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DelayScan:
-    """The delays tried and what each leaves unexplained.
+    """The delays tried, and the loss that the best model of each leaves.
 
     Attributes
     ----------
@@ -23,6 +23,21 @@ class DelayScan:
         Every delay, its loss in units of y squared, and the order at which it does best.
     runner_up : int
         The next best delay.
+    N : int
+        Rows on which all were compared.
+    notes : tuple of Note
+        Doubts.
+    source : str
+        Fingerprint of the record.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> scan = pt.analyze.delay(pt.datasets.hair_dryer(), nk=(1, 5))
+    >>> scan.nk, scan.runner_up, scan.candidates.tolist()
+    (3, 2, [1, 2, 3, 4, 5])
+    >>> scan.loss.round(4)
+    array([0.0015, 0.0014, 0.0015, 0.0075, 0.0093])
     """
 
     nk: int
@@ -79,7 +94,7 @@ def delay(
     --------
     >>> import plantune as pt
     >>> print(pt.analyze.delay(pt.datasets.hair_dryer()))
-    nk = 3 (order 4; next 2)
+    nk = 3 (order 3; next 2)
     """
     limits = limits or DEFAULT_LIMITS
     d = _core.delay(rec, input, tuple(nk), limits)

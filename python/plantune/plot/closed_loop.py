@@ -39,7 +39,7 @@ def closed_loop(
     --------
     >>> import plantune as pt
     >>> plant = pt.models.ProcessModel(K=5.939, T=0.1491, L=0.1)
-    >>> response = pt.simulate.step(plant, pt.models.PID(Kp=0.131457, Ti=0.1491), t_end=3.0)
+    >>> response = pt.simulate.step(plant, pt.models.PID(Kp=0.131451, Ti=0.1491), t_end=3.0)
     >>> closed_loop(response).layout.title.text
     'Closed loop: overshoot 5.6 %, settling 0.604 s'
     """

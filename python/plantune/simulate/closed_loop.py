@@ -27,6 +27,17 @@ class Indices:
         Integrals of `e^2`, `|e|`, `t |e|` with `e = r - y`.
     control_energy, total_variation : float
         Integral of `u^2`; sum of all moves of u.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> plant = pt.models.ProcessModel(K=2.0, T=5.0, L=1.0)
+    >>> slow = pt.simulate.step(plant, pt.models.PID(Kp=1.0, Ti=5.0)).indices
+    >>> fast = pt.simulate.step(plant, pt.models.PID(Kp=1.5, Ti=5.0)).indices
+    >>> round(slow.overshoot, 1), round(fast.overshoot, 1)
+    (0.1, 11.6)
+    >>> slow.total_variation < fast.total_variation
+    True
     """
 
     rise: float
@@ -42,7 +53,27 @@ class Indices:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Response:
-    """Signals of a loop at times `t`: set point `r`, output `y` without noise, input `u`."""
+    """Signals of a loop over time, and the indices computed from them.
+
+    Attributes
+    ----------
+    t : array (N + 1,)
+        Seconds.
+    r, y, u : array (N + 1,)
+        Set point; output without noise; controller output, from each time on.
+    indices : Indices
+        Rise, settling, overshoot, integrals of the error.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> plant = pt.models.ProcessModel(K=2.0, T=5.0, L=1.0)
+    >>> response = pt.simulate.step(plant, pt.models.PID(Kp=1.0, Ti=5.0), t_end=20.0)
+    >>> float(response.t[-1]), round(float(response.y[-1]), 3)
+    (20.0, 1.0)
+    >>> round(response.indices.settling, 2)
+    5.45
+    """
 
     t: Floats
     r: Floats
@@ -75,7 +106,7 @@ def step(model: ProcessModel, pid: PID, t_end: float | None = None) -> Response:
     Examples
     --------
     >>> plant = ProcessModel(K=5.939, T=0.1491, L=0.1)
-    >>> response = step(plant, PID(Kp=0.131457, Ti=0.1491), t_end=3.0)
+    >>> response = step(plant, PID(Kp=0.131451, Ti=0.1491), t_end=3.0)
     >>> round(response.indices.overshoot, 3), round(response.indices.iae, 4)
     (5.643, 0.2138)
     """
@@ -135,9 +166,9 @@ def closed_loop(
     """
     r = np.ascontiguousarray(np.atleast_1d(r), float)
     zero = np.zeros(len(r))
-    signal = lambda x: zero if x is None else np.ascontiguousarray(x, float)  # noqa: E731
+    d, noise = (zero if x is None else np.ascontiguousarray(x, float) for x in (d, noise))
     dt = Ts if Ts is not None else pid.Ts
     if dt is None:
-        raise refusal("U01", "`Ts` is missing", remedy="pass Ts=, how long each r holds, in seconds")
-    out = _core.closed_loop(model, pid, dt, r, signal(d), signal(noise), offset, u0)
+        raise refusal("U01", "`Ts` is missing", remedy="pass Ts=, the seconds each r holds")
+    out = _core.closed_loop(model, pid, dt, r, d, noise, offset, u0)
     return Response(**{**out, "indices": Indices(**out["indices"])})

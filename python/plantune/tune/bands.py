@@ -15,7 +15,20 @@ Band = tuple[Floats, Floats]
 def step_band(fit: Fit, t: ArrayLike, input: int = 0) -> Band:
     """Return the 95 % band of the unit step response at times `t`.
 
-    Quantiles over 400 models drawn from the fit's covariance; the same fit gives the same band.
+    Quantiles over models drawn from the fit's covariance; the same fit gives the same band.
+
+    Parameters
+    ----------
+    fit : Fit
+        With a model.
+    t : array (m,)
+        Seconds.
+    input : int
+        Which input.
+
+    Returns
+    -------
+    low, high : array (m,)
 
     Examples
     --------
@@ -30,6 +43,20 @@ def step_band(fit: Fit, t: ArrayLike, input: int = 0) -> Band:
 
 def bode_band(fit: Fit, w: ArrayLike, input: int = 0) -> tuple[Band, Band]:
     """Return the 95 % bands of magnitude and of phase in degrees at `w` rad/s.
+
+    Parameters
+    ----------
+    fit : Fit
+        With a model.
+    w : array (m,)
+        Frequencies, rad/s.
+    input : int
+        Which input.
+
+    Returns
+    -------
+    (low, high), (low, high)
+        Of the magnitude, then of the phase.
 
     Examples
     --------

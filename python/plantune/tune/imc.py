@@ -13,7 +13,6 @@ from plantune.tune.bands import flat
 from plantune.tune.margins import margins
 from plantune.tune.tuning import Tuning
 
-
 # Margins that every model inside the uncertainty must leave: 6 dB and 45 degrees.
 _LEAST = (("gain", "gain margin", "", 2.0), ("phase_deg", "phase margin", " deg", 45.0))
 
@@ -62,7 +61,7 @@ def imc_pi(
     --------
     >>> tuning = imc_pi(ProcessModel(K=-5.939, T=0.1491, L=0.1), gain_margin=3)
     >>> print(tuning.controller)
-    PI: Kp = -0.131457, Ti = 0.1491 s
+    PI: Kp = -0.131451, Ti = 0.1491 s
     >>> round(tuning.margins.phase_deg, 3)
     60.0
     """
@@ -132,12 +131,12 @@ def _weak(bands: dict[str, tuple[float, float]]) -> tuple[Note, ...]:
 
 def _check_sign(fit: Fit) -> None:
     """X12: a gain whose interval contains zero must not be tuned on."""
-    K, sd = float(fit.theta[0]), float(fit.sd[0])
-    if abs(K) < 2 * sd:
+    gain, sd = abs(float(fit.theta[0])), float(fit.sd[0])
+    if gain < 2 * sd:
         raise refusal(
             "X12",
-            f"the sign of the gain is open: K = {K:.4g} ± {sd:.2g}",
-            measured=abs(K),
+            f"the sign of the gain is open: K = {fit.theta[0]:.4g} ± {sd:.2g}",
+            measured=gain,
             limit=2 * sd,
             remedy="record longer or with larger steps of the input",
         )

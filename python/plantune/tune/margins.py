@@ -16,7 +16,7 @@ Complex = NDArray[np.complex128]
 
 @dataclass(frozen=True, slots=True)
 class Margins:
-    """Distances of a loop from instability; infinite where it never crosses.
+    """How far a loop is from instability; infinite where it never crosses.
 
     Attributes
     ----------
@@ -28,6 +28,14 @@ class Margins:
         Delay margin, seconds.
     Ms, Mt : float
         Peaks of the sensitivity and of the complementary sensitivity.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> plant = pt.models.ProcessModel(K=2.0, T=5.0, L=1.0)
+    >>> m = pt.tune.margins(plant, pt.models.PID(Kp=1.0, Ti=5.0))
+    >>> round(m.gain, 3), round(m.gain_db, 2), round(m.phase_deg, 1)
+    (3.927, 11.88, 67.1)
     """
 
     gain: float
@@ -53,7 +61,24 @@ class Margins:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensitivities:
-    """Loop transfer `L = C G`, `S = 1/(1+L)`, `T = L/(1+L)`, `CS = C/(1+L)` at `w` rad/s."""
+    """Frequency responses of a loop.
+
+    Attributes
+    ----------
+    w : array (m,)
+        Frequencies, rad/s.
+    L, S, T, CS : complex array (m,)
+        Loop transfer `C G`, sensitivity `1/(1+L)`, complementary sensitivity `L/(1+L)`, and
+        `C/(1+L)` from output noise to `-u`.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> plant, pid = pt.models.ProcessModel(K=2.0, T=5.0, L=1.0), pt.models.PID(Kp=1.0, Ti=5.0)
+    >>> s = pt.tune.sensitivities(plant, pid, [0.01, 0.1, 1.0])
+    >>> abs(s.S).round(3)
+    array([0.025, 0.248, 1.433])
+    """
 
     w: Floats
     L: Complex
@@ -84,14 +109,27 @@ def margins(model: ProcessModel | PolyModel, pid: PID) -> Margins:
     Examples
     --------
     >>> from plantune.models import PID, ProcessModel
-    >>> print(margins(ProcessModel(K=5.939, T=0.1491, L=0.1), PID(Kp=0.1315, Ti=0.1491)))
-    gain 3 (9.541 dB) at 15.71 rad/s, phase 60 deg at 5.238 rad/s, delay 0.1999 s, Ms 1.63, Mt 1
+    >>> print(margins(ProcessModel(K=5.939, T=0.1491, L=0.1), PID(Kp=0.131451, Ti=0.1491)))
+    gain 3 (9.542 dB) at 15.71 rad/s, phase 60 deg at 5.236 rad/s, delay 0.2 s, Ms 1.63, Mt 1.01
     """
     return Margins(**_core.margins(model, pid))
 
 
 def sensitivities(model: ProcessModel | PolyModel, pid: PID, w: ArrayLike) -> Sensitivities:
-    """Return the frequency responses of the loop at `w` rad/s, with the exact delay.
+    """Return the frequency responses of the loop, with the exact delay.
+
+    Parameters
+    ----------
+    model : ProcessModel or PolyModel
+        The plant; its first input is the controller's output.
+    pid : PID
+        A sampled one meets the exact pulse transfer function.
+    w : array (m,)
+        Frequencies, rad/s.
+
+    Returns
+    -------
+    Sensitivities
 
     Examples
     --------

@@ -28,6 +28,21 @@ class Tuning:
         95 % interval of `gain phase_deg delay Ms Mt`; empty for a model without uncertainty.
     tau_c : float
         Closed-loop time constant aimed at, seconds.
+    notes : tuple of Note
+        Doubts, such as margins that the model's uncertainty leaves weak.
+    source : str
+        Fingerprint of the record behind the model; empty without one.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> fit = pt.estimate.process(pt.datasets.engine_loop(noise_var=1.5), "P1D")
+    >>> tuning = pt.tune.imc_pi(fit, gain_margin=3)
+    >>> print(tuning.controller)
+    PI: Kp = -0.13047, Ti = 0.148606 s
+    >>> low, high = tuning.bands["gain"]
+    >>> low < tuning.margins.gain < high
+    True
     """
 
     controller: PID
