@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -50,7 +49,7 @@ def tune(
     Ts: Annotated[float | None, typer.Option("--Ts", help="Sample time, seconds.")] = None,
     r: Annotated[str | None, typer.Option(help="Set-point column.")] = None,
     time: Annotated[str | None, typer.Option(help="Column of time stamps.")] = None,
-    resample: Annotated[float | None, typer.Option(help="Bring jittered stamps to this step.")] = None,
+    resample: Annotated[float | None, typer.Option(help="New step for jittered stamps.")] = None,
     missing: Annotated[str, typer.Option(help="error, segments or mask.")] = "error",
     gain_margin: GainMargin = 3.0,
     out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
@@ -63,8 +62,17 @@ def tune(
 
     def work() -> tuple[job.Run, Path]:
         limits = _limits(limit)
-        columns = {"u": _column(u), "y": _column(y), "r": _column(r), "time": _column(time)}
-        rec = read(data, **columns, Ts=Ts, resample=resample, missing=missing, limits=limits)
+        rec = read(
+            data,
+            u=_column(u),
+            y=_column(y),
+            Ts=Ts,
+            r=_column(r),
+            time=_column(time),
+            resample=resample,
+            missing=missing,  # type: ignore[arg-type]  # another word is refused
+            limits=limits,
+        )
         run = job.run(rec, gain_margin=gain_margin, title=data.stem, limits=limits)
         return run, write_run(out, run)
 
@@ -82,7 +90,9 @@ def demo(
         (
             "engine_loop",
             lambda: job.run(
-                engine_loop(noise_var=1.5), title="Simulated engine loop", truth=ENGINE_LOOP._asdict()
+                engine_loop(noise_var=1.5),
+                title="Simulated engine loop",
+                truth=ENGINE_LOOP._asdict(),
             ),
         ),
     ]
@@ -123,4 +133,4 @@ def _limits(changes: list[str] | None) -> Limits:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -66,7 +66,7 @@ def as_dict(error: PlantuneError) -> dict[str, Any]:
         "type": type(error).__name__,
         "code": error.code,
         "text": error.text,
-        "where": None if where is None else dict(zip(("column", "row", "time"), where, strict=True)),
+        "where": where and dict(zip(("column", "row", "time"), where, strict=True)),
         "count": error.count,
         "measured": error.measured,
         "limit": error.limit,

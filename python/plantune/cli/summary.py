@@ -21,7 +21,8 @@ def show(run: Run, folder: Path, as_json: bool) -> None:
         return
     console = Console(highlight=False)
     console.print()
-    console.print(Text(run.title, style="bold") + Text(f"  {run.record}", style="dim"), soft_wrap=True)
+    heading = Text(run.title, style="bold") + Text(f"  {run.record}", style="dim")
+    console.print(heading, soft_wrap=True)
     console.print()
     console.print(f"{run.chosen.method}  {run.chosen.model}")
     console.print(_model(run))
