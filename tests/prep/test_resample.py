@@ -15,7 +15,7 @@ def record(**other):
     return pt.Record(u=U, y=3 * t, r=U, aux={"load": 2 * t}, Ts=0.1, **other)
 
 
-@pytest.mark.parametrize("Ts", [0.1, 0.05, 0.03, 0.25, 1.0])
+@pytest.mark.parametrize("Ts", [0.1, 0.05, 0.03, 0.14])
 def test_lines_are_met_and_steps_are_held(Ts):
     rec = record()
     out = pt.prep.resample(rec, Ts)
@@ -26,6 +26,13 @@ def test_lines_are_met_and_steps_are_held(Ts):
     assert np.array_equal(out.u[:, 0], U[before]) and np.array_equal(out.r[:, 0], U[before])
     assert np.array_equal(out.rows, before)
     assert ("no filter" in out.log[-1]) == (Ts > 0.1)
+
+
+@pytest.mark.parametrize("Ts", [0.25, 1.0])
+def test_dropping_rows_without_a_filter_is_refused(Ts):
+    with pytest.raises(pt.NotIdentifiable) as caught:
+        pt.prep.resample(record(), Ts)
+    assert caught.value.code == "M10" and caught.value.measured == approx(10 * Ts)
 
 
 def test_the_same_step_changes_nothing_but_the_log():

@@ -32,6 +32,8 @@ pub struct Record<'a> {
     pub valid: Option<&'a [bool]>,
     /// Row numbers in the original file; `0..N` when absent.
     pub rows: Option<&'a [i64]>,
+    /// Time of each row where it does not follow from `t0`, `Ts` and `rows`.
+    pub t: Option<&'a [f64]>,
     /// Names of inputs, then of outputs.
     pub names: Vec<String>,
 }
@@ -43,7 +45,7 @@ impl<'a> Record<'a> {
             if n == 1 { vec![letter.to_owned()] } else { (1..=n).map(|i| format!("{letter}{i}")).collect() }
         };
         let names = [numbered("u", nu), numbered("y", ny)].concat();
-        Record { u, y, nu, ny, Ts, t0: 0.0, starts: vec![0], valid: None, rows: None, names }
+        Record { u, y, nu, ny, Ts, t0: 0.0, starts: vec![0], valid: None, rows: None, t: None, names }
             .checked(&Limits::default())
     }
 
@@ -118,10 +120,11 @@ impl<'a> Record<'a> {
     pub fn place(&self, column: usize, k: usize) -> Place {
         let row = self.rows.map_or(k, |rows| rows[k] as usize);
         let first = self.rows.map_or(0, |rows| rows[0] as usize);
+        let uniform = self.t0 + (row as f64 - first as f64) * self.Ts;
         Place {
             column: self.names.get(column).cloned().unwrap_or_default(),
             row: Some(row),
-            time: Some(self.t0 + (row as f64 - first as f64) * self.Ts),
+            time: Some(self.t.map_or(uniform, |t| t[k])),
         }
     }
 

@@ -23,6 +23,7 @@ pub struct RecordIn<'py> {
     starts: PyReadonlyArray1<'py, i64>,
     valid: PyReadonlyArray2<'py, bool>,
     rows: PyReadonlyArray1<'py, i64>,
+    t: Option<PyReadonlyArray1<'py, f64>>,
     u_names: Vec<String>,
     y_names: Vec<String>,
 }
@@ -41,6 +42,7 @@ impl RecordIn<'_> {
             starts: self.starts.as_array().iter().map(|&s| s as usize).collect(),
             valid: if valid.iter().fold(true, |all, v| all & v) { None } else { Some(valid) },
             rows: Some(self.rows.as_slice().map_err(PyErr::from)?),
+            t: self.t.as_ref().map(|t| t.as_slice()).transpose().map_err(PyErr::from)?,
             names: [self.u_names.as_slice(), self.y_names.as_slice()].concat(),
         };
         Ok(record.checked(limits)?)

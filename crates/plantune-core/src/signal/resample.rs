@@ -5,6 +5,9 @@ use crate::limits::Limits;
 use crate::note::Place;
 use crate::stats::quantile;
 
+/// Steps longer than this many own steps would need a filter first.
+const DECIMATION: f64 = 1.5;
+
 /// The sample time of uniform stamps; refuses others (D13, D14, D15).
 pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
     check_ascending(t)?;
@@ -23,7 +26,12 @@ pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
         .at(Place { column: "time".into(), row: Some(row), time: Some(t[row]) })
         .count(count)
         .measured(worst, limits.D15)
-        .remedy(format!("resample to a uniform step: resample={median:.3}")))
+        .remedy(format!("resample to a uniform step: resample={}", rounded(median))))
+}
+
+/// Four significant digits, short in print.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 /// Stamps must ascend: D13 where they go back, D14 where they repeat.
@@ -64,11 +72,18 @@ pub fn resample(t: &[f64], columns: &[Vec<f64>], held: &[bool], Ts: f64) -> Resu
     if !(Ts > 0.0 && Ts.is_finite()) {
         return Err(Error::argument("resample", Ts, "a positive number of seconds"));
     }
+    let own = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
+    if Ts > DECIMATION * own {
+        return Err(Error::new("M10", format!("a step of {Ts} s keeps one of {:.1} rows without a filter: fast parts would come back as slow ones", Ts / own))
+            .at(Place::column("resample"))
+            .measured(Ts / own, DECIMATION)
+            .remedy(format!("resample to the record's own step: resample={}", rounded(own))));
+    }
     let wanted = (t[t.len() - 1] - t[0]) / Ts;
     if wanted > 1e8 {
         return Err(Error::argument("resample", Ts, "long enough to give fewer than 1e8 rows"));
     }
-    let gap = 3.0 * Ts.max((t[t.len() - 1] - t[0]) / (t.len() - 1) as f64);
+    let gap = 3.0 * Ts.max(own);
     let mut out = Resampled {
         t: Vec::new(),
         columns: vec![Vec::new(); columns.len()],
