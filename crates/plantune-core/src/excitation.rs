@@ -63,8 +63,8 @@ fn hankel_gram(rec: &Record, i: usize, p: usize) -> Vec<f64> {
         rows += (n - p + 1) as f64;
         let mut own = first_row(column, mean, p);
         let mut moving = sum(&column[p - 1..]) - (n - p + 1) as f64 * mean;
-        for j in 0..p {
-            sums[j] += moving;
+        for (j, sum) in sums.iter_mut().enumerate() {
+            *sum += moving;
             if j + 1 < p {
                 moving += u(p - 2 - j) - u(n - 1 - j);
             }
@@ -83,7 +83,8 @@ fn hankel_gram(rec: &Record, i: usize, p: usize) -> Vec<f64> {
     (0..p * p).map(|rc| gram[rc] - sums[rc / p] * sums[rc % p] / rows).collect()
 }
 
-/// `sum_t u(t) u(t-j)` of the column without its mean, for `j = 0 … p-1`; in stretches that stay in the cache.
+/// `sum_t u(t) u(t-j)` of the column without its mean, for `j = 0 … p-1`; in stretches that stay in
+/// the cache.
 fn first_row(column: &[f64], mean: f64, p: usize) -> Vec<f64> {
     let mut row = vec![0.0; p * p];
     let mut u = Vec::with_capacity(2048 + p);

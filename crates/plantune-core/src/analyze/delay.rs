@@ -3,8 +3,8 @@
 //! A first-order scan is a sample late on second-order plants, so every delay is tried with orders
 //! `n = na = nb = 1 … 4`, the order judged by BIC. A delay that is too short loses nothing but a
 //! coefficient; so the longest delay is chosen that costs neither the loss nor what the input explains
-//! more than a share too small to matter. All candidates share their rows: one QR holds every lag, and each candidate is a
-//! selection of its columns. Source 001, 3.5.4.
+//! more than a share too small to matter. All candidates share their rows: one QR holds every lag, and
+//! each candidate is a selection of its columns. Source 001, 3.5.4.
 
 use crate::error::{Error, Result};
 use crate::excitation::{check_input_motion, excitation_order};
@@ -68,10 +68,10 @@ pub fn delay_scan(
     best.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let runner_up = best.iter().copied().find(|c| c.nk != winner.nk).unwrap_or(winner);
     let chance = scan.chance(&winner, candidates.len() * most);
-    if chance > limits.X04 {
-        if let Some(lag) = scan.follows_later((limits.X05 * rec.N() as f64) as usize) {
-            return Err(beyond(rec, input, lag, limits));
-        }
+    if chance > limits.X04
+        && let Some(lag) = scan.follows_later((limits.X05 * rec.N() as f64) as usize)
+    {
+        return Err(beyond(rec, input, lag, limits));
     }
     let notes = notes(&scan, &winner, &runner_up, chance, limits);
     Ok(DelayScan {

@@ -221,7 +221,8 @@ fn not_exciting(rec: &Record, orders: &ArxOrders, refusal: &RankDeficient, limit
         Error::new("X02", format!("u supports {order} parameters of a linear model, {wanted} were asked for"))
             .remedy(format!("ask for na + nb <= {order}, or record with a PRBS or several steps"))
     } else {
-        let text = "the regressor has not full rank: an exact model of lower order, an input that copies another, or plain feedback";
+        let text = "the regressor has not full rank: an exact model of lower order, \
+                    an input that copies another, or plain feedback";
         Error::new("X08", text)
             .remedy("ask for lower orders; with feedback move the set point or add a dither to u")
     };

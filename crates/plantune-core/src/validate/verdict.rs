@@ -177,33 +177,32 @@ fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<
         let peak = outside.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         peak.map(|(lag, r)| (outside.len(), lag, r))
     };
-    if let Some((count, lag, r)) = worst(&residuals.lags, &residuals.autocorr, residuals.band, 1) {
-        if count > by_chance(residuals.lags.len()) {
-            notes.push(
-                Note::warning(
-                    "M08",
-                    format!("residuals are not white: {count} lags outside the 99 % band, most at lag {lag}"),
-                )
+    let chance = by_chance(residuals.lags.len());
+    let most = |count: usize, lag: i64| format!("{count} lags outside the 99 % band, most at lag {lag}");
+    if let Some((count, lag, r)) = worst(&residuals.lags, &residuals.autocorr, residuals.band, 1)
+        && count > chance
+    {
+        notes.push(
+            Note::warning("M08", format!("residuals are not white: {}", most(count, lag)))
                 .count(count)
                 .measured(r, residuals.band)
                 .remedy(
                     "one-sigma intervals of this fit are too narrow; more is going on than this model says",
                 ),
-            );
-        }
+        );
     }
     for (i, (r, band)) in residuals.crosscorr.iter().zip(&residuals.cross_band).enumerate() {
-        if let Some((count, lag, r)) = worst(&residuals.cross_lags, r, *band, 0) {
-            if count > by_chance(residuals.lags.len()) {
-                let name = rec.input_name(i);
-                notes.push(
-                    Note::warning("V02", format!("residuals still follow {name}: {count} lags outside the 99 % band, most at lag {lag}"))
-                        .at(Place::column(name))
-                        .count(count)
-                        .measured(r, *band)
-                        .remedy("try another delay or a higher order"),
-                );
-            }
+        if let Some((count, lag, r)) = worst(&residuals.cross_lags, r, *band, 0)
+            && count > chance
+        {
+            let name = rec.input_name(i);
+            notes.push(
+                Note::warning("V02", format!("residuals still follow {name}: {}", most(count, lag)))
+                    .at(Place::column(name))
+                    .count(count)
+                    .measured(r, *band)
+                    .remedy("try another delay or a higher order"),
+            );
         }
     }
     if fit < limits.V01 {
