@@ -49,7 +49,9 @@ def tune(
     Ts: Annotated[float | None, typer.Option("--Ts", help="Sample time, seconds.")] = None,
     r: Annotated[str | None, typer.Option(help="Set-point column.")] = None,
     time: Annotated[str | None, typer.Option(help="Column of time stamps.")] = None,
-    resample: Annotated[float | None, typer.Option(help="New step for jittered stamps.")] = None,
+    resample: Annotated[
+        float | None, typer.Option(help="Bring jittered stamps to this step.")
+    ] = None,
     missing: Annotated[str, typer.Option(help="error, segments or mask.")] = "error",
     gain_margin: GainMargin = 3.0,
     out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
