@@ -6,6 +6,7 @@ import json
 import shutil
 import sys
 import tempfile
+from errno import EISDIR
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,9 @@ def write_run(folder: Path, run: Run) -> Path:
         for name, value in (("run", run), ("tuning", run.tunings[0])):
             write_json(staging / f"{name}.json", value)
         folder.mkdir(exist_ok=True)
+        for file in staging.iterdir():  # first, so that no part of the run is put in place
+            if (folder / file.name).is_dir():
+                raise IsADirectoryError(EISDIR, f"{file.name} is a directory")
         for file in staging.iterdir():
             file.replace(folder / file.name)
     except OSError as error:
@@ -50,7 +54,7 @@ def write_run(folder: Path, run: Run) -> Path:
 def fail(error: PlantuneError, as_json: bool) -> None:
     """Print a refusal: one JSON object, or at most three lines on standard error."""
     if as_json:
-        print(json.dumps({"error": as_dict(error)}))
+        print(json.dumps({"error": to_json(as_dict(error))}, allow_nan=False))
         return
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     first, *rest = str(error).splitlines()
