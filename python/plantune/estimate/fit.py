@@ -156,6 +156,11 @@ def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits:
 
 def row_ranges(rec: Record) -> NDArray[np.int64]:
     """First and last original row of each stretch of consecutive rows."""
-    breaks = np.flatnonzero(np.diff(rec.rows) != 1)
-    first, last = np.concatenate([[0], breaks + 1]), np.concatenate([breaks, [rec.N - 1]])
-    return np.stack([rec.rows[first], rec.rows[last]], axis=1)
+    ranges = []
+    for part in rec.segments:
+        rows = rec.rows[part]
+        # The usual segment is one stretch, and a million rows need not be looked at.
+        whole = rows[-1] - rows[0] == len(rows) - 1
+        edges = np.array([], int) if whole else np.flatnonzero(np.diff(rows) != 1) + 1
+        ranges += [(piece[0], piece[-1]) for piece in np.split(rows, edges)]
+    return np.array(ranges, np.int64)
