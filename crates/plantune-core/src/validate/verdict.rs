@@ -186,9 +186,7 @@ fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<
             Note::warning("M08", format!("residuals are not white: {}", most(count, lag)))
                 .count(count)
                 .measured(r, residuals.band)
-                .remedy(
-                    "one-sigma intervals of this fit are too narrow; more is going on than this model says",
-                ),
+                .remedy("widen the intervals before use; look for a disturbance, or a lag the model lacks"),
         );
     }
     for (i, (r, band)) in residuals.crosscorr.iter().zip(&residuals.cross_band).enumerate() {
