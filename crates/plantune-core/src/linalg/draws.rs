@@ -54,6 +54,13 @@ impl SplitMix {
     }
 }
 
+/// `n` independent standard normal numbers, for tests.
+#[cfg(test)]
+pub fn white(n: usize, seed: u64) -> Vec<f64> {
+    let mut random = SplitMix(seed);
+    (0..n).map(|_| random.normal()).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,6 +8,8 @@ mod segmented;
 mod solve;
 
 pub use draws::normal_draws;
+#[cfg(test)]
+pub use draws::white;
 pub use eigen::{eigenvalues, symmetric_eigenvalues};
 pub use kernel::{dot, extent, sum};
 pub use qr::{BLOCK, Block, Triangle};

@@ -183,3 +183,107 @@ fn shifts(response: &[f64], count: usize) -> Vec<Vec<f64>> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::{Triangle, residual_norm2, white};
+
+    /// Two inputs, every polynomial of order one or more.
+    fn model() -> PolyModel {
+        PolyModel {
+            A: vec![1.0, -0.9],
+            B: vec![vec![0.5, 0.2], vec![-0.3]],
+            C: vec![1.0, 0.6],
+            D: vec![1.0, -0.4, 0.1],
+            F: vec![vec![1.0, -0.5], vec![1.0, -1.1, 0.4]],
+            nk: vec![2, 1],
+            Ts: 0.1,
+        }
+    }
+
+    /// One input of an interleaved pair, delayed, through a polynomial.
+    fn through(p: &[f64], u: &[f64], i: usize, delay: usize) -> Vec<f64> {
+        let own = u.iter().skip(i).step_by(2).copied();
+        let late: Vec<f64> = std::iter::repeat_n(0.0, delay).chain(own).take(u.len() / 2).collect();
+        multiply(p, &late)
+    }
+
+    /// Share of `target` that no combination of `columns` explains.
+    fn unexplained(columns: &[Vec<f64>], target: &[f64]) -> f64 {
+        let n = columns.len();
+        let rows: Vec<Vec<f64>> =
+            (0..target.len()).map(|k| columns.iter().map(|c| c[k]).chain([target[k]]).collect()).collect();
+        let triangle = Triangle::of_rows(n + 1, rows.iter().map(Vec::as_slice));
+        let every: Vec<usize> = (0..n).collect();
+        let left = residual_norm2(&triangle, &every, n, 1e-12);
+        (left / target.iter().map(|x| x * x).sum::<f64>()).sqrt()
+    }
+
+    fn largest_gap(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn simulation_from_rest_solves_the_difference_equation() {
+        let (m, u) = (model(), white(120, 1));
+        let y = m.simulate(&u, 2);
+        let left = multiply(&product(&m.A, &product(&m.F[0], &m.F[1])), &y);
+        let first = through(&product(&m.B[0], &m.F[1]), &u, 0, 2);
+        let second = through(&product(&m.B[1], &m.F[0]), &u, 1, 1);
+        let right: Vec<f64> = first.iter().zip(&second).map(|(a, b)| a + b).collect();
+        assert!(largest_gap(&left, &right) < 1e-13);
+    }
+
+    #[test]
+    fn a_segment_is_its_forced_response_and_a_combination_of_the_free_ones() {
+        let (m, u) = (model(), white(400, 2));
+        let y = m.simulate(&u, 2);
+        let segment = m.simulation(&u[2 * 60..], 2);
+        let rest: Vec<f64> = y[60 + m.history()..].iter().zip(&segment.forced).map(|(y, f)| y - f).collect();
+        assert_eq!(segment.free.len(), m.order());
+        assert!(unexplained(&segment.free, &rest) < 1e-10);
+        assert!(unexplained(&segment.free[1..], &rest) > 1e-3);
+    }
+
+    #[test]
+    fn prediction_errors_are_the_noise_but_for_the_start() {
+        let (m, u, e) = (model(), white(400, 3), white(200, 4));
+        let mut disturbance = multiply(&m.C, &e);
+        divide(&product(&m.D, &m.A), &mut disturbance);
+        let y: Vec<f64> = m.simulate(&u, 2).iter().zip(&disturbance).map(|(y, v)| y + v).collect();
+        let segment = m.prediction_error(&u[2 * 60..], 2, &y[60..]);
+        let gap: Vec<f64> =
+            segment.forced.iter().zip(&e[60 + m.history()..]).map(|(ours, e)| ours - e).collect();
+        assert!(unexplained(&segment.free, &gap) < 1e-10);
+    }
+
+    #[test]
+    fn frequency_response_is_the_sum_of_the_impulse_response() {
+        let m = model();
+        let mut u = vec![0.0; 800];
+        u[0] = 1.0;
+        let g = m.simulate(&u, 2);
+        for w in [0.0, 3.0, 25.0] {
+            let sum: Complex<f64> =
+                g.iter().enumerate().map(|(k, g)| Complex::from_polar(*g, -w * m.Ts * k as f64)).sum();
+            assert!((m.freqresp(0, w) - sum).norm() < 1e-12, "{w} rad/s");
+        }
+    }
+
+    #[test]
+    fn the_step_response_ends_at_the_static_gain() {
+        let m = model();
+        assert!((m.step_response(0, &[40.0])[0] - m.dc_gain(0)).abs() < 1e-12);
+        assert_eq!(
+            PolyModel::arx(vec![1.0, -1.0], vec![vec![-0.2]], vec![1], 1.0).dc_gain(0),
+            f64::NEG_INFINITY
+        );
+    }
+
+    #[test]
+    fn theta_fills_the_same_model_again() {
+        let m = model();
+        assert_eq!(m.with_theta(&m.theta()), m);
+    }
+}

@@ -311,3 +311,74 @@ impl<'p> Controller<'p> {
         self.pid.Kp * (self.pid.b * r - y) + self.integral + derivative
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(model: &ProcessModel, pid: &Pid, dt: f64, r: &[f64], offset: f64, u0: f64) -> ClosedLoop {
+        let zero = vec![0.0; r.len()];
+        let settings = ClosedLoopSettings { dt, r, d: &zero, noise: &zero, offset, u0 };
+        closed_loop(model, pid, &settings).expect("a sound loop")
+    }
+
+    /// With `Ti = T` the loop is `k e^(-L s) / s`: `y' = k (1 - y(t - L))`, solved step by step in `L`.
+    #[test]
+    fn an_integrating_loop_follows_the_method_of_steps() {
+        let (model, k) = (ProcessModel { K: -2.0, T: 3.0, L: 1.0 }, 0.6);
+        let response = run(&model, &Pid::pi(k * model.T / model.K, model.T), 0.01, &[1.0; 400], 0.0, 0.0);
+        for (j, y) in response.y.iter().enumerate() {
+            let t = j as f64 * response.h;
+            let ramp = |lags: f64| (t - lags).max(0.0);
+            let exact =
+                k * ramp(1.0) - k.powi(2) * ramp(2.0).powi(2) / 2.0 + k.powi(3) * ramp(3.0).powi(3) / 6.0;
+            // The straight line between nodes costs h^2.
+            assert!((y - exact).abs() < 1e-6, "t = {t}: {y} {exact}");
+        }
+    }
+
+    #[test]
+    fn a_loop_in_equilibrium_stays_there() {
+        let model = ProcessModel { K: -5.939, T: 0.1491, L: 0.107 };
+        let (offset, u0) = (583.451, 30.9);
+        let r = [model.K * u0 + offset; 50];
+        for Ts in [None, Some(0.02)] {
+            let pid = Pid { Ts, ..Pid::pi(-0.13, 0.15) };
+            let response = run(&model, &pid, 0.02, &r, offset, u0);
+            assert!(response.y.iter().all(|y| (y - r[0]).abs() < 1e-10), "{Ts:?}");
+            assert!(response.u.iter().all(|u| (u - u0).abs() < 1e-10), "{Ts:?}");
+        }
+    }
+
+    /// Plant and controller as two recursions by hand, the delay one sample and a half.
+    #[test]
+    fn a_sampled_loop_is_the_difference_equation_at_the_samples() {
+        let (Ts, Kp, Ti) = (0.2, 0.8, 1.5);
+        let model = ProcessModel { K: 1.5, T: 1.0, L: 0.3 };
+        let pid = Pid { Ts: Some(Ts), ..Pid::pi(Kp, Ti) };
+        let response = run(&model, &pid, Ts, &[1.0; 40], 0.0, 0.0);
+        let (a, b1, b2, m) = model.sampled(Ts);
+        let (mut y, mut u, mut integral) = (vec![0.0], Vec::<f64>::new(), 0.0);
+        for k in 0..40 {
+            integral += Kp / Ti * Ts * (1.0 - y[k]);
+            u.push(Kp * (1.0 - y[k]) + integral);
+            let before = |lag: usize| if k >= lag { u[k - lag] } else { 0.0 };
+            y.push(a * y[k] + b1 * before(m) + b2 * before(m + 1));
+        }
+        for (k, y) in y.iter().enumerate() {
+            let ours = response.y[k * response.stride];
+            assert!((ours - y).abs() < 1e-12, "row {k}: {ours} {y}");
+        }
+    }
+
+    /// A disturbance at the plant input that is there from the start is what `u0` plus itself would be.
+    #[test]
+    fn integral_action_removes_an_input_disturbance() {
+        let model = ProcessModel { K: 2.0, T: 1.0, L: 0.2 };
+        let (r, d) = (vec![0.0; 3000], vec![0.7; 3000]);
+        let settings = ClosedLoopSettings { dt: 0.01, r: &r, d: &d, noise: &r, offset: 0.0, u0: 0.0 };
+        let response = closed_loop(&model, &Pid::pi(1.0, 1.0), &settings).expect("a sound loop");
+        let last = response.y.len() - 1;
+        assert!(response.y[last].abs() < 1e-9 && (response.u[last] + 0.7).abs() < 1e-9);
+    }
+}
