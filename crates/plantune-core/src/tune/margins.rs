@@ -185,3 +185,68 @@ pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64]) -> Result<Sensitivitie
     let CS = w.iter().zip(&S).map(|(&w, S)| pid.freqresp(w) * S).collect();
     Ok(Sensitivities { L, S, T, CS })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::ProcessModel;
+
+    /// The loop of IMC-PI, `e^(-L s) / (s (tau_c + L))`.
+    fn imc_loop(K: f64, T: f64, L: f64, tau_c: f64) -> (Model, Pid) {
+        (Model::Process(ProcessModel { K, T, L }), Pid::pi(T / (K * (tau_c + L)), T))
+    }
+
+    #[test]
+    fn margins_of_imc_pi_are_the_closed_forms() {
+        for (K, T, L, tau_c) in [(5.939, 0.1491, 0.1, 0.05), (-2.0, 1e3, 40.0, 40.0), (1.0, 1.0, 3.0, 0.0)] {
+            let (model, pid) = imc_loop(K, T, L, tau_c);
+            let m = margins(&model, &pid).expect("margins");
+            let close = |ours: f64, exact: f64| (ours / exact - 1.0).abs() < 1e-9;
+            assert!(close(m.gain, PI * (tau_c + L) / (2.0 * L)), "(3.6-35): {}", m.gain);
+            assert!(close(m.w_gain, PI / (2.0 * L)), "phase crossover: {}", m.w_gain);
+            assert!(close(m.phase_deg.to_radians(), PI / 2.0 - L / (tau_c + L)), "(3.6-38): {}", m.phase_deg);
+            assert!(close(m.w_phase, 1.0 / (tau_c + L)), "gain crossover: {}", m.w_phase);
+            assert!(close(m.delay, m.phase_deg.to_radians() * (tau_c + L)), "delay margin: {}", m.delay);
+        }
+    }
+
+    /// `|1 + L|` of `k e^(-s) / s` by brute force.
+    #[test]
+    fn peaks_are_those_of_a_fine_grid() {
+        let (model, pid) = imc_loop(1.0, 2.0, 1.0, 0.6);
+        let m = margins(&model, &pid).expect("margins");
+        let of = |w: f64| Complex::from_polar(1.0 / (1.6 * w), -w - PI / 2.0);
+        let fine = || (1..400_000).map(|k| of(f64::from(k) * 1e-5));
+        let Ms = fine().map(|L| 1.0 / (1.0 + L).norm()).fold(0.0, f64::max);
+        let Mt = fine().map(|L| (L / (1.0 + L)).norm()).fold(0.0, f64::max);
+        assert!((m.Ms / Ms - 1.0).abs() < 1e-8 && (m.Mt / Mt - 1.0).abs() < 1e-8, "{m:?} {Ms} {Mt}");
+    }
+
+    /// `Kp b / (z - a)` turns to -180 degrees at the Nyquist frequency only.
+    #[test]
+    fn a_sampled_loop_has_its_gain_margin_at_nyquist() {
+        let (Kp, Ts) = (0.5, 0.2);
+        let plant = ProcessModel { K: 2.0, T: 1.0, L: 0.0 };
+        let pid = Pid { Ki: 0.0, Ts: Some(Ts), ..Pid::pi(Kp, 1.0) };
+        let m = margins(&Model::Process(plant), &pid).expect("margins");
+        let (a, b, _, _) = plant.sampled(Ts);
+        assert!((m.gain / ((1.0 + a) / (b * Kp)) - 1.0).abs() < 1e-9, "{}", m.gain);
+        assert!((m.w_gain / (PI / Ts) - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_lag_without_delay_has_no_gain_margin_to_lose() {
+        let (model, pid) = imc_loop(2.0, 5.0, 0.0, 1.0);
+        let m = margins(&model, &pid).expect("margins");
+        assert!(m.gain.is_infinite() && (m.phase_deg - 90.0).abs() < 1e-9, "{m:?}");
+    }
+
+    #[test]
+    fn sensitivities_add_up_to_one() {
+        let (model, pid) = imc_loop(2.0, 5.0, 1.0, 1.0);
+        let s = sensitivities(&model, &pid, &[0.01, 0.3, 7.0]).expect("responses");
+        for (S, T) in s.S.iter().zip(&s.T) {
+            assert!((S + T - 1.0).norm() < 1e-14);
+        }
+    }
+}

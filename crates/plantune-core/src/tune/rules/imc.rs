@@ -60,3 +60,60 @@ fn tau_c(L: f64, target: ImcTarget) -> Result<f64> {
         ImcTarget::TauC(tau) => Err(Error::argument("tau_c", tau, "zero or positive, with tau_c + L > 0")),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLANT: ProcessModel = ProcessModel { K: -5.939, T: 0.1491, L: 0.1 };
+
+    fn tuned(model: ProcessModel, target: ImcTarget) -> (Pid, f64) {
+        imc_pi(&model, target).expect("settings")
+    }
+
+    /// `A_M = pi (tau_c + L) / (2 L)` and `phi_M = pi/2 - L / (tau_c + L)`, (3.6-35) and (3.6-38).
+    #[test]
+    fn the_margin_asked_for_is_the_margin_of_tau_c() {
+        let L = PLANT.L;
+        for A in [1.6, 3.0, 8.0] {
+            let (_, tau_c) = tuned(PLANT, ImcTarget::GainMargin(A));
+            assert!((PI * (tau_c + L) / (2.0 * L) - A).abs() < 1e-12);
+        }
+        for degrees in [33.0, 60.0, 85.0f64] {
+            let (_, tau_c) = tuned(PLANT, ImcTarget::PhaseMargin(degrees));
+            assert!((FRAC_PI_2 - L / (tau_c + L) - degrees.to_radians()).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn three_and_sixty_degrees_are_the_same_loop() {
+        let (by_gain, by_phase) =
+            (tuned(PLANT, ImcTarget::GainMargin(3.0)), tuned(PLANT, ImcTarget::PhaseMargin(60.0)));
+        assert!((by_gain.1 - by_phase.1).abs() < 1e-15);
+        assert!((by_gain.0.Kp + 0.131_450_58).abs() < 1e-6, "{}", by_gain.0.Kp);
+    }
+
+    #[test]
+    fn units_of_gain_and_time_go_through() {
+        let target = ImcTarget::GainMargin(2.5);
+        let (pid, tau_c) = tuned(PLANT, target);
+        let (twice, _) = tuned(ProcessModel { K: 2.0 * PLANT.K, ..PLANT }, target);
+        assert_eq!((twice.Kp, twice.Ti()), (pid.Kp / 2.0, pid.Ti()));
+        let (slow, slow_tau) = tuned(ProcessModel { K: PLANT.K, T: 4.0 * PLANT.T, L: 4.0 * PLANT.L }, target);
+        assert!((slow.Kp / pid.Kp - 1.0).abs() < 1e-14 && (slow_tau / tau_c - 4.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn wishes_out_of_reach_are_refused() {
+        let code = |model, target| imc_pi(&model, target).expect_err("a refusal").code();
+        for A in [FRAC_PI_2, 0.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(code(PLANT, ImcTarget::GainMargin(A)), "U01", "{A}");
+        }
+        for degrees in [32.7, 90.0, f64::NAN] {
+            assert_eq!(code(PLANT, ImcTarget::PhaseMargin(degrees)), "U01", "{degrees}");
+        }
+        let no_delay = ProcessModel { L: 0.0, ..PLANT };
+        assert_eq!(code(no_delay, ImcTarget::GainMargin(3.0)), "M12");
+        assert_eq!(code(no_delay, ImcTarget::TauC(0.0)), "U01");
+    }
+}
