@@ -279,3 +279,59 @@ fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, chance: f64, li
     }
     notes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+    use crate::model::PolyModel;
+    use crate::signal::prbs;
+
+    /// A second-order plant; the noise is about 1 % of its output.
+    fn output(u: &[f64], nk: usize) -> Vec<f64> {
+        let plant = PolyModel::arx(vec![1.0, -1.3, 0.42], vec![vec![0.5, 0.3]], vec![nk], 1.0);
+        let noise = white(u.len(), 7);
+        plant.simulate(u, 1).iter().zip(noise).map(|(y, e)| y + 0.01 * e).collect()
+    }
+
+    fn scan(u: &[f64], y: &[f64], range: (usize, usize)) -> Result<DelayScan> {
+        let rec = Record::uniform(u, 1, y, 1, 1.0).expect("fine");
+        delay_scan(&rec, 0, range, &Limits::default())
+    }
+
+    #[test]
+    fn every_delay_is_found_on_a_second_order_plant() {
+        let u = prbs(600, 3, 9, 1).expect("a sequence");
+        for nk in [0, 1, 4, 13] {
+            let found = scan(&u, &output(&u, nk), (0, 20)).expect("a scan");
+            assert_eq!(found.nk, nk);
+            assert_eq!((found.candidates.len(), found.loss.len()), (21, 21));
+        }
+    }
+
+    #[test]
+    fn the_end_of_the_range_is_doubtful() {
+        let u = prbs(600, 3, 9, 1).expect("a sequence");
+        let found = scan(&u, &output(&u, 6), (0, 6)).expect("a scan");
+        assert_eq!(found.nk, 6);
+        assert!(found.notes.iter().any(|note| note.code == "X05"));
+    }
+
+    #[test]
+    fn the_loss_is_in_squared_units_of_y() {
+        let u = prbs(600, 3, 9, 1).expect("a sequence");
+        let y = output(&u, 4);
+        let large: Vec<f64> = y.iter().map(|y| 50.0 + 8.0 * y).collect();
+        let (small, large) =
+            (scan(&u, &y, (0, 8)).expect("a scan"), scan(&u, &large, (0, 8)).expect("a scan"));
+        for (a, b) in small.loss.iter().zip(&large.loss) {
+            assert!((b / a / 64.0 - 1.0).abs() < 1e-6, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn a_range_beyond_a_third_of_the_record_is_refused() {
+        let u = prbs(60, 3, 9, 1).expect("a sequence");
+        assert_eq!(scan(&u, &output(&u, 1), (0, 40)).expect_err("too long").code(), "X05");
+    }
+}

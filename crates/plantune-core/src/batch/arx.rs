@@ -270,3 +270,88 @@ fn notes(fit: &Fit, limits: &Limits) -> Vec<Note> {
     }
     notes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+
+    fn fitted(u: &[f64], nu: usize, y: &[f64], orders: &ArxOrders, offset: bool) -> Fit {
+        let rec = Record::uniform(u, nu, y, 1, 0.5).expect("fine");
+        arx(&rec, orders, offset, &Limits::default()).expect("a fit")
+    }
+
+    #[test]
+    fn noise_free_data_give_the_plant_and_its_offset_back() {
+        let plant = PolyModel::arx(vec![1.0, -1.3, 0.42], vec![vec![0.5, 0.3], vec![-2.0]], vec![2, 0], 0.5);
+        let u = white(400, 1);
+        let y: Vec<f64> = plant.simulate(&u, 2).iter().map(|y| y + 583.451).collect();
+        let orders = ArxOrders { na: 2, nb: vec![2, 1], nk: vec![2, 0] };
+        let fit = fitted(&u, 2, &y, &orders, true);
+        for (ours, truth) in fit.theta.iter().zip([-1.3, 0.42, 0.5, 0.3, -2.0]) {
+            assert!((ours - truth).abs() < 1e-10, "{ours} {truth}");
+        }
+        assert!((fit.offset - 583.451).abs() < 1e-9);
+        assert_eq!(fit.names, ["a1", "a2", "b1[u1]", "b2[u1]", "b1[u2]"]);
+    }
+
+    /// One regressor: `theta = sum u y / sum u^2`, `P = RSS / (N - 1) / sum u^2`.
+    #[test]
+    fn one_coefficient_is_the_projection_on_the_input() {
+        let (u, e) = (white(50, 2), white(50, 3));
+        let y: Vec<f64> = u.iter().zip(&e).map(|(u, e)| 3.0 * u + e).collect();
+        let fit = fitted(&u, 1, &y, &ArxOrders { na: 0, nb: vec![1], nk: vec![0] }, false);
+        let theta = dot(&u, &y) / dot(&u, &u);
+        let rss: f64 = u.iter().zip(&y).map(|(u, y)| (y - theta * u).powi(2)).sum();
+        assert!((fit.theta[0] / theta - 1.0).abs() < 1e-13);
+        assert!((fit.P[0] / (rss / 49.0 / dot(&u, &u)) - 1.0).abs() < 1e-12);
+        assert!((fit.loss / (rss / 50.0) - 1.0).abs() < 1e-12);
+    }
+
+    /// `na = 0`, static: `O` is the intercept of a straight line, whose variance is known.
+    #[test]
+    fn the_variance_of_the_offset_is_that_of_an_intercept() {
+        let (u, e) = (white(80, 4), white(80, 5));
+        let u: Vec<f64> = u.iter().map(|u| 20.0 + u).collect();
+        let y: Vec<f64> = u.iter().zip(&e).map(|(u, e)| 7.0 - 2.0 * u + e).collect();
+        let fit = fitted(&u, 1, &y, &ArxOrders { na: 0, nb: vec![1], nk: vec![0] }, true);
+        let mean = u.iter().sum::<f64>() / 80.0;
+        let around: f64 = u.iter().map(|u| (u - mean).powi(2)).sum();
+        let s2 = fit.loss * 80.0 / 78.0;
+        assert!((fit.P[3] / (s2 * (1.0 / 80.0 + mean * mean / around)) - 1.0).abs() < 1e-10);
+    }
+
+    /// `O = d / (1 + a1)` by the delta rule, `d` from a regression on explicit columns.
+    #[test]
+    fn the_covariance_of_the_offset_follows_from_that_of_the_constant() {
+        let (u, e, mut y) = (white(200, 7), white(200, 8), vec![4.0]);
+        for k in 1..200 {
+            y.push(0.8 * y[k - 1] + 0.5 * u[k - 1] + 3.0 + 0.1 * e[k]);
+        }
+        let fit = fitted(&u, 1, &y, &ArxOrders { na: 1, nb: vec![1], nk: vec![1] }, true);
+        let phi: Vec<f64> = (1..200).flat_map(|k| [-y[k - 1], u[k - 1], 1.0]).collect();
+        let explicit = crate::batch::least_squares(&phi, 3, &y[1..]).expect("full rank");
+        let (A1, d) = (1.0 + explicit.theta[0], explicit.theta[2]);
+        let gradient = [-d / (A1 * A1), 0.0, 1.0 / A1];
+        let with_theta = |i: usize| (0..3).map(|j| explicit.P[3 * i + j] * gradient[j]).sum::<f64>();
+        let variance: f64 = (0..3).map(|i| gradient[i] * with_theta(i)).sum();
+        assert!((fit.offset / (d / A1) - 1.0).abs() < 1e-10);
+        for (i, exact) in [with_theta(0), with_theta(1), variance].into_iter().enumerate() {
+            assert!((fit.P[3 * i + 2] / exact - 1.0).abs() < 1e-8, "{i}: {} {exact}", fit.P[3 * i + 2]);
+        }
+    }
+
+    #[test]
+    fn the_level_of_the_data_costs_no_digits() {
+        let plant = PolyModel::arx(vec![1.0, -0.9], vec![vec![0.5]], vec![1], 0.5);
+        let u = white(300, 6);
+        // A grid that survives the shift, so that both records hold the same steps.
+        let grid = |x: f64| (x * 1024.0).round() / 1024.0;
+        let y: Vec<f64> = plant.simulate(&u, 1).into_iter().map(grid).collect();
+        let high: Vec<f64> = y.iter().map(|y| y + 1048576.0).collect();
+        let orders = ArxOrders { na: 1, nb: vec![1], nk: vec![1] };
+        let (low, high) = (fitted(&u, 1, &y, &orders, true), fitted(&u, 1, &high, &orders, true));
+        assert_eq!(low.theta, high.theta);
+        assert!((high.offset - low.offset - 1048576.0).abs() < 1e-6);
+    }
+}
