@@ -78,3 +78,49 @@ pub fn judge(process: &Scores, poly: &Scores, delay: Delay, nk: usize, limits: &
     }
     (factor, notes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: Scores = Scores { fit: 90.0, rmse: 0.1, widening: 1.0 };
+    const DELAY: Delay = Delay { L: 0.4, sd: 0.0, Ts: 0.1 };
+
+    fn judged(process: Scores, poly: Scores, delay: Delay, nk: usize) -> (f64, Vec<&'static str>) {
+        let (factor, notes) = judge(&process, &poly, delay, nk, &Limits::default());
+        (factor, notes.iter().map(|n| n.code).collect())
+    }
+
+    #[test]
+    fn models_that_agree_change_nothing() {
+        assert_eq!(judged(GOOD, GOOD, DELAY, 5), (1.0, vec![]));
+    }
+
+    #[test]
+    fn a_better_polynomial_widens_by_the_ratio_of_the_errors() {
+        let worse = Scores { fit: 60.0, rmse: 0.4, widening: 1.0 };
+        let (factor, codes) = judged(worse, GOOD, DELAY, 5);
+        assert!((factor - 4.0).abs() < 1e-12);
+        assert_eq!(codes, ["V03", "V05"]);
+    }
+
+    #[test]
+    fn a_worse_polynomial_says_nothing() {
+        assert_eq!(judged(GOOD, Scores { fit: 60.0, rmse: 0.4, widening: 3.0 }, DELAY, 5), (1.0, vec![]));
+    }
+
+    #[test]
+    fn the_widening_of_the_residuals_is_kept() {
+        let coloured = Scores { widening: 1.7, ..GOOD };
+        assert_eq!(judged(coloured, GOOD, DELAY, 5), (1.7, vec!["V05"]));
+    }
+
+    #[test]
+    fn delays_that_differ_beyond_their_uncertainty_widen() {
+        let (factor, codes) = judged(GOOD, GOOD, DELAY, 1);
+        assert!(factor > 1.0);
+        assert_eq!(codes, ["V04", "V05"]);
+        let unsure = Delay { sd: 0.2, ..DELAY };
+        assert_eq!(judged(GOOD, GOOD, unsure, 1), (1.0, vec![]));
+    }
+}

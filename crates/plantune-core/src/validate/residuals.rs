@@ -68,3 +68,62 @@ pub(super) fn correlation(a: &[f64], b: &[f64], most: usize) -> Vec<f64> {
     let size = (dot(a, a) * dot(b, b)).sqrt();
     (0..=most).map(|k| if size > 0.0 { dot(&a[k..], &b[..b.len() - k]) / size } else { 0.0 }).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+
+    fn of(u: &[f64], e: &[f64], most: usize) -> Residuals {
+        let rec = Record::uniform(u, 1, e, 1, 1.0).expect("fine");
+        let rows: Vec<usize> = (0..e.len()).collect();
+        residuals(&rec, &rows, e, most)
+    }
+
+    #[test]
+    fn errors_that_follow_the_input_peak_at_a_positive_lag() {
+        let first = white(500, 1);
+        let later: Vec<f64> = (0..500).map(|k| if k < 3 { 0.0 } else { 0.5 * first[k - 3] }).collect();
+        for (u, e, lag) in [(&first, &later, 3), (&later, &first, -3)] {
+            let r = of(u, e, 10);
+            let peak =
+                (0..21).max_by(|&a, &b| r.crosscorr[0][a].total_cmp(&r.crosscorr[0][b])).expect("lags");
+            assert_eq!((r.cross_lags[peak], r.cross_lags.len()), (lag, 21));
+            assert!(r.crosscorr[0][peak] > 0.99);
+        }
+    }
+
+    #[test]
+    fn lag_zero_of_the_autocorrelation_is_one_whatever_the_level() {
+        let e: Vec<f64> = white(300, 2).iter().map(|e| 1e3 + e).collect();
+        let r = of(&white(300, 3), &e, 5);
+        assert!((r.autocorr[0] - 1.0).abs() < 1e-14 && r.autocorr[1].abs() < r.band);
+    }
+
+    #[test]
+    fn an_alternating_error_is_anticorrelated() {
+        let e: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let r = of(&white(100, 4), &e, 2);
+        assert!((r.autocorr[1] + 0.99).abs() < 1e-12 && (r.autocorr[2] - 0.98).abs() < 1e-12);
+    }
+
+    /// White errors against white inputs, 1000 lags in all: about 1 % lie outside.
+    #[test]
+    fn the_bands_hold_about_99_percent() {
+        let (mut outside, mut counted) = (0, 0);
+        for seed in 0..50 {
+            let r = of(&white(400, 2 * seed), &white(400, 2 * seed + 1), 10);
+            outside += r.autocorr[1..].iter().filter(|r_e| r_e.abs() > r.band).count();
+            outside += r.crosscorr[0].iter().filter(|r_eu| r_eu.abs() > r.cross_band[0]).count();
+            counted += 10 + 21;
+        }
+        // Binomial, 1550 lags at 1 %: 15.5 +- 3.9, four standard deviations allowed.
+        assert!((0..=31).contains(&outside), "{outside} of {counted}");
+    }
+
+    #[test]
+    fn an_input_that_stands_still_correlates_with_nothing() {
+        let r = of(&[2.0; 200], &white(200, 5), 5);
+        assert!(r.crosscorr[0].iter().all(|r| *r == 0.0));
+    }
+}
