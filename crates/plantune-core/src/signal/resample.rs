@@ -22,7 +22,12 @@ pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
     let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     let [p1, median, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
-    Err(Error::new("D15", format!("not uniformly sampled: {count} steps are off by up to {:.1} % (median {median:.6} s, 1 % {p1:.6} s, 99 % {p99:.6} s)", 100.0 * worst))
+    let text = format!(
+        "not uniformly sampled: {count} steps are off by up to {:.1} % \
+         (median {median:.6} s, 1 % {p1:.6} s, 99 % {p99:.6} s)",
+        100.0 * worst
+    );
+    Err(Error::new("D15", text)
         .at(Place { column: "time".into(), row: Some(row), time: Some(t[row]) })
         .count(count)
         .measured(worst, limits.D15)
@@ -66,7 +71,8 @@ pub struct Resampled {
     pub rows: Vec<i64>,
 }
 
-/// Brings columns to the step `Ts`: `held[i]` columns keep their last value (inputs), others are interpolated.
+/// Brings columns to the step `Ts`: `held[i]` columns keep their last value (inputs), others are
+/// interpolated.
 pub fn resample(t: &[f64], columns: &[Vec<f64>], held: &[bool], Ts: f64) -> Result<Resampled> {
     check_ascending(t)?;
     if !(Ts > 0.0 && Ts.is_finite()) {
@@ -74,7 +80,12 @@ pub fn resample(t: &[f64], columns: &[Vec<f64>], held: &[bool], Ts: f64) -> Resu
     }
     let own = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
     if Ts > DECIMATION * own {
-        return Err(Error::new("M10", format!("a step of {Ts} s keeps one of {:.1} rows without a filter: fast parts would come back as slow ones", Ts / own))
+        let text = format!(
+            "a step of {Ts} s keeps one of {:.1} rows without a filter: \
+             fast parts would come back as slow ones",
+            Ts / own
+        );
+        return Err(Error::new("M10", text)
             .at(Place::column("resample"))
             .measured(Ts / own, DECIMATION)
             .remedy(format!("resample to the record's own step: resample={}", rounded(own))));
