@@ -15,8 +15,8 @@ from plantune.record import Floats, Record
 def resample(rec: Record, Ts: float) -> Record:
     """Bring each segment to a uniform step: inputs and reference held, outputs interpolated.
 
-    An output between two rows counts where both count.  No filter is applied: to a longer step,
-    what moves faster than `2 Ts` is folded onto slower motion.
+    An output between two rows counts where both count.  No filter is applied, so a step longer
+    than 1.5 times the record's own is refused: fast parts would come back as slow ones.
 
     Parameters
     ----------
@@ -34,6 +34,8 @@ def resample(rec: Record, Ts: float) -> Record:
     ------
     DataError
         No segment has two rows (D04).
+    NotIdentifiable
+        `Ts` is more than 1.5 times the record's own step (M10).
     UsageError
         `Ts` is not positive, or far too short for the record (U01).
 
