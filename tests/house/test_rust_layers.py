@@ -8,12 +8,12 @@ import pytest
 CRATES = Path(__file__).resolve().parents[2] / "crates"
 CORE = CRATES / "plantune-core" / "src"
 
-# Lowest first; rooms on one line may use each other.  DESIGN 2, and two rooms that `batch` needs
-# below it: `stats` (quantiles) and `excitation` (how much an input moves).
+# Lowest first; rooms on one line may use each other.  DESIGN 2, and what `batch` needs below it:
+# `stats` (quantiles), `excitation` (how much an input moves) and `relation` (whether y follows u).
 LAYERS = [
     "error note limits",
     "linalg poly stats",
-    "record signal regress excitation",
+    "record signal regress excitation relation",
     "model",
     "sim",
     "batch recursive hysteresis",
