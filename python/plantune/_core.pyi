@@ -110,6 +110,9 @@ def default_horizon(model: ProcessModel, pid: PID) -> float:
 
 # --- findings and fits -------------------------------------------------------------------------
 
+def input_moves(rec: Record, limits: Limits) -> bool:
+    """Whether every input moves (X01)."""
+
 def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Fields:
     """Fields of `DelayScan` but `source`; `nk` is the lowest and the highest delay."""
 

@@ -18,6 +18,9 @@ from plantune.simulate import Response, step
 from plantune.tune import Tuning, imc_pi
 from plantune.validate import Verdict, check
 
+# Rows below which a half cannot carry the smallest models.
+_LEAST_ROWS = 24
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
@@ -129,16 +132,25 @@ def run(
     >>> print(run.tunings[0].controller)
     PI: Kp = -0.131451, Ti = 0.1491 s
     """
-    limits = limits or DEFAULT_LIMITS
+    limits = limits or rec.limits or DEFAULT_LIMITS
     if rec.nu != 1 or rec.ny != 1:
         raise refusal(
             "U01",
             f"the main job takes one input and one output, the record has {rec.nu} and {rec.ny}",
             remedy="choose one of each: read(path, u=..., y=...)",
         )
-    est, val, notes = _parts(rec)
+    if rec.N < _LEAST_ROWS:
+        raise refusal(
+            "X03",
+            f"{rec.N} rows are too few to fit one half and judge on the other",
+            count=rec.N,
+            measured=rec.N,
+            limit=_LEAST_ROWS,
+            remedy="record longer",
+        )
+    est, val, notes = _parts(rec, limits)
     scan = _scan(est, limits)
-    fits = {"ARX": _arx(est, scan, limits), "P1D": process(est, "P1D", limits=limits)}
+    fits = {"ARX": _arx(est, scan, limits), "P1D": _process(est, rec, limits)}
     verdicts = {name: check(val, fit, limits=limits) for name, fit in fits.items()}
     chosen = _chosen(rec, fits, verdicts, limits, refit=val is not est)
     tuning = imc_pi(chosen, gain_margin=gain_margin, delay_at_least=rec.Ts)
@@ -156,10 +168,10 @@ def run(
     )
 
 
-def _parts(rec: Record) -> tuple[Record, Record, tuple[Note, ...]]:
+def _parts(rec: Record, limits: Limits) -> tuple[Record, Record, tuple[Note, ...]]:
     """Two halves; or the whole record twice, with a note, where one half moves no input."""
     est, val = rec.split(0.5)
-    if all(np.ptp(part.u) > 0 for part in (est, val)):
+    if all(_core.input_moves(part, limits) for part in (est, val)):
         return est, val, ()
     note = Note(
         code="M11",
@@ -196,6 +208,16 @@ def _arx(rec: Record, scan: DelayScan, limits: Limits) -> Fit:
             if order == 1:
                 raise
     raise AssertionError("orders start at 1")
+
+
+def _process(est: Record, rec: Record, limits: Limits) -> Fit:
+    """Process model of one part; where it finds no relation the whole record may know the cause."""
+    try:
+        return process(est, "P1D", limits=limits)
+    except NotIdentifiable as error:
+        if error.code == "X04" and est is not rec:
+            process(rec, "P1D", limits=limits)
+        raise
 
 
 def _chosen(

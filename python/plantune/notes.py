@@ -98,6 +98,17 @@ class Limits:
     V04: float = _DEFAULT["V04"]
     """Samples by which the delays of the two may differ, beside their uncertainty."""
 
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not 0 < value < float("inf"):
+                raise refusal(
+                    "U01",
+                    f"limit {field.name} is {value}, must be positive and finite",
+                    where=(field.name, None, None),
+                    remedy=f"{field.name}={_DEFAULT[field.name]:g} is the default",
+                )
+
     def changes(self) -> tuple[Note, ...]:
         """Return one note per threshold that differs from its default."""
         return tuple(

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.notes import DEFAULT_LIMITS
+from plantune.notes import DEFAULT_LIMITS, Limits
 
 Floats = NDArray[np.float64]
 
@@ -58,6 +58,8 @@ class Record:
         Each preparation step, with counts.
     source : str
         Fingerprint of the record that this one was made from; computed when empty.
+    limits : Limits, optional
+        Thresholds that the record was checked with (D07, D08).
 
     Raises
     ------
@@ -91,13 +93,15 @@ class Record:
     rows: NDArray[np.int64] = None  # type: ignore[assignment]
     log: tuple[str, ...] = ()
     source: str = ""
+    limits: Limits | None = None
 
     def __post_init__(self) -> None:
         for name, value in self._frozen_fields().items():
             object.__setattr__(self, name, value)
         if self.hold != "zoh":
             raise refusal("U01", f"`hold` is {self.hold!r}, must be 'zoh'", remedy="resample first")
-        fingerprint = _core.check_record(self, DEFAULT_LIMITS)
+        _check_further({"r": self.r, "t": self.t, **self.aux})
+        fingerprint = _core.check_record(self, self.limits or DEFAULT_LIMITS)
         object.__setattr__(self, "source", self.source or fingerprint)
 
     def _frozen_fields(self) -> dict[str, Any]:
@@ -291,7 +295,23 @@ def _frozen(x: NDArray[Any]) -> NDArray[Any]:
 
 def columns(x: ArrayLike, name: str) -> Floats:
     """`x` as a frozen float64 array (N, columns)."""
-    raw = np.asarray(x)
+    if isinstance(x, np.ma.MaskedArray) and np.ma.getmaskarray(x).any():
+        raise refusal(
+            "D07",
+            f"`{name}` is a masked array with {int(np.ma.getmaskarray(x).sum())} masked values",
+            where=(name, None, None),
+            count=int(np.ma.getmaskarray(x).sum()),
+            remedy="pass x.filled(nan) and mark the rows in `valid`",
+        )
+    try:
+        raw = np.asarray(x)
+    except ValueError:
+        raise refusal(
+            "D11",
+            f"`{name}` has rows of different lengths",
+            where=(name, None, None),
+            remedy="pass an array (N,) or (N, columns)",
+        ) from None
     if raw.dtype.kind not in "fiub":
         raise refusal(
             "D11",
@@ -334,6 +354,22 @@ def _hold_missing(y: Floats, valid: ArrayLike | None) -> Floats:
     rows = np.where(kept, np.arange(len(y))[:, None], kept.argmax(axis=0))
     held = np.take_along_axis(y, np.maximum.accumulate(rows, axis=0), axis=0)
     return _frozen(np.ascontiguousarray(held))
+
+
+def _check_further(signals: Mapping[str, Floats | None]) -> None:
+    """Refuse further signals that are missing (D07) or infinite (D08) somewhere."""
+    for name, x in signals.items():
+        if x is None or np.isfinite(x).all():
+            continue
+        bad = ~np.isfinite(x)
+        missing = bool(np.isnan(x).any())
+        raise refusal(
+            "D07" if missing else "D08",
+            f"`{name}` is {'missing (NaN)' if missing else 'infinite'} in {int(bad.sum())} rows",
+            where=(name, int(np.argwhere(bad)[0][0]), None),
+            count=int(bad.sum()),
+            remedy="give a finite value in every row, or leave the signal out",
+        )
 
 
 def _names(names: Sequence[str], letter: str, n: int) -> tuple[str, ...]:

@@ -66,13 +66,11 @@ def test_d07_missing_cells_are_refused_on_the_command_line(tmp_path, rows, cell)
 
 @pytest.mark.parametrize("column", ["r", "aux", "t"])
 @pytest.mark.parametrize(("value", "code"), [(np.nan, "D07"), (np.inf, "D08")])
-@pytest.mark.xfail(strict=True, reason="Record checks u and y only, not r, aux and t")
 def test_d07_d08_hold_for_every_signal_of_a_record(column, value, code):
     x = with_values(T, value, 3)
     refused(record, code, ("where",), **{column: {"load": x} if column == "aux" else x})
 
 
-@pytest.mark.xfail(strict=True, reason="a masked array loses its mask silently (R5)")
 def test_d07_masked_values_are_missing():
     refused(record, "D07", ("where", "count"), y=np.ma.masked_array(Y, mask=np.arange(1000) < 9))
 
@@ -106,7 +104,6 @@ def test_d07_more_than_a_fifth_lost_is_refused_under_a_policy(tmp_path, policy, 
     assert (found["measured"], found["limit"]) == (error.measured, error.limit)
 
 
-@pytest.mark.xfail(strict=True, reason="Record(valid=...) takes any share of rows as lost")
 @pytest.mark.parametrize("rows", [GAPS["30 %"], slice(0, 999)], ids=["30 %", "all but one"])
 def test_d07_more_than_a_fifth_marked_in_valid_is_refused(rows):
     y = with_values(Y, np.nan, rows)
@@ -150,7 +147,6 @@ def test_d08_missing_and_infinite_are_told_apart():
     assert refused(record, "D07", EVERY, y=y).count == 1
 
 
-@pytest.mark.xfail(strict=True, reason="read(limits=...) accepts, then Record refuses by default")
 def test_d08_a_loosened_limit_decides(tmp_path):
     path = write(tmp_path / "a.csv", 1e151 * U, 1e151 * Y)
     assert pt.read(path, u="u", y="y", limits=pt.Limits(D08=1e153)).N == 1000
@@ -268,7 +264,6 @@ def test_d11_other_types_are_refused(column, x):
     assert refused(record, "D11", ("where",), **{column: x}).where[0] == column
 
 
-@pytest.mark.xfail(strict=True, reason="numpy's own ValueError comes through (R2)")
 def test_d11_lists_of_unequal_length():
     refused(record, "D11", ("where",), u=[[1.0], [2.0, 3.0]])
 
@@ -295,7 +290,6 @@ def test_d15_steps_within_one_percent_are_uniform(tmp_path):
     assert fit.theta == approx(pt.estimate.arx(record(), 1, 1, 1).theta, rel=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="the mean step is off by rounding: 1.001 % is measured")
 def test_d15_steps_of_exactly_one_percent_are_uniform(tmp_path):
     t = np.cumsum(np.where(np.arange(1000) % 2, 0.101, 0.099))
     assert pt.read(write(tmp_path / "a.csv", U, Y, t), u="u", y="y").Ts == approx(TS, rel=1e-3)
@@ -336,7 +330,6 @@ def test_d15_other_stamps_are_refused_with_their_steps(tmp_path, kind):
     assert given.code == error.code  # naming Ts does not silence the stamps
 
 
-@pytest.mark.xfail(strict=True, reason="steps are compared with the mean, not with the median step")
 def test_d15_names_the_gaps_and_not_the_regular_steps(tmp_path):
     rows, t = stamps("5 % missing")
     path = write(tmp_path / "a.csv", U[rows], Y[rows], t)
@@ -362,7 +355,7 @@ def test_d15_resampling_is_offered_logged_and_counted(tmp_path, kind):
     assert any("held" in line and "interpolated" in line for line in rec.log)
 
 
-@pytest.mark.xfail(strict=True, reason="read has no compressed= yet")
+@pytest.mark.xfail(strict=True, reason="compressed data are the matter of the messy-records issue")
 def test_d15_compressed_data_may_be_kept(tmp_path):
     rows, t = stamps("compressed")
     path = write(tmp_path / "a.csv", U[rows], Y[rows], t)
@@ -414,14 +407,13 @@ def test_a_file_that_is_not_there_is_u01(tmp_path):
     check_cli_refusal(tmp_path, "U01", (), tmp_path / "nosuch.csv", *columns())
 
 
+@pytest.mark.xfail(strict=True, reason="the parser speaks for itself: right exit code, own text")
 @pytest.mark.parametrize("arguments", [columns(Ts="soon"), ["--nonsense"]], ids=" ".join)
-@pytest.mark.xfail(strict=True, reason="typer's own text and no JSON; the exit code is right")
 def test_arguments_that_cannot_be_parsed_are_u01_too(tmp_path, arguments):
     check_cli_refusal(tmp_path, "U01", (), write(tmp_path / "a.csv", U, Y), *arguments)
 
 
 @pytest.mark.parametrize("value", [float("nan"), -1.0])
-@pytest.mark.xfail(strict=True, reason="a limit of NaN switches its check off without a word")
 def test_a_limit_that_is_no_threshold_is_u01(value):
     refused(lambda: pt.Limits(X04=value), "U01", ())
 

@@ -80,7 +80,6 @@ def test_engine_loop_without_noise(L):
     assert run.tunings[0].controller.Kp == approx(-0.1491 * np.pi / 6 / (5.939 * L), rel=1e-5)
 
 
-@pytest.mark.xfail(strict=True, reason="M08 on residuals of 1e-13: rounding counts as colour")
 def test_engine_loop_without_noise_leaves_no_doubt():
     run = pt.job.run(pt.datasets.engine_loop())
     assert [n for n in run.all_notes() if n.severity == "warning"] == []
@@ -94,7 +93,6 @@ def test_engine_loop_with_noise(seed):
     assert (np.abs(error) < 4 * run.chosen.sd).all()
 
 
-@pytest.mark.xfail(strict=True, reason="V02 on 10 of 60 seeds, with the true structure")
 def test_a_verdict_does_not_fail_a_true_model_by_chance():
     failed = 0
     for seed in range(40):
@@ -205,9 +203,6 @@ def test_an_input_that_moves_in_one_half_is_not_validated(moves):
     assert run.chosen.theta[:2] == approx([2.5, 0.448], rel=0.02)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a ripple of 1e-9 counts as motion: validated on rest, or X01"
-)
 @pytest.mark.parametrize("moves", ["first", "second"])
 def test_a_ripple_in_one_half_is_no_motion(moves):
     u = half(moves, rest=1 + 1e-9 * levels(500, 9))
@@ -237,9 +232,6 @@ def test_two_inputs_are_an_argument():
     assert "read(" in refused(rec, "U01", ()).remedy
 
 
-@pytest.mark.xfail(
-    strict=True, reason="X12 'sign of the gain is open, record longer' for any length"
-)
 def test_a_plant_that_is_no_first_order_is_not_called_too_short():
     """A resonance with damping 0.2, well excited and hardly noisy: P1D does not hold."""
     u = np.repeat(levels(200, 1), 6)
@@ -392,7 +384,6 @@ def test_demo(tmp_path):
     assert run["truth"] == {"K": -5.939, "T": 0.1491, "L": 0.1, "offset": 583.451}
 
 
-@pytest.mark.xfail(strict=True, reason="two objects, one a line")
 def test_demo_prints_one_json_object(tmp_path):
     done = plantune("demo", "--out", tmp_path / "demo", "--json")
     strict_json(done.stdout)

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{dot, extent, sum, symmetric_eigenvalues};
+use crate::note::Place;
 use crate::record::Record;
 
 /// Refuses a record with an input that stands still (X01).
@@ -28,6 +29,27 @@ pub fn check_input_motion(rec: &Record, limits: &Limits) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Parameters that an input must support for a gain, a lag and a delay; one sinusoid supports two.
+pub const LEAST_EXCITATION: usize = 3;
+
+/// X02: the input's motion supports fewer parameters than are wanted.
+pub fn too_poor(rec: &Record, i: usize, supported: usize, wanted: usize, limits: &Limits) -> Error {
+    let name = rec.input_name(i);
+    Error::new(
+        "X02",
+        format!("{name} supports {supported} parameters of a linear model, {wanted} are needed"),
+    )
+    .at(Place::column(name))
+    .count(supported)
+    .measured(excitation_ratio(rec, i, wanted), limits.X02)
+    .remedy(format!("ask for at most {supported} parameters, or record with a PRBS or several steps"))
+}
+
+/// `sigma_min / sigma_max` of the Hankel matrix of `p` columns.
+fn excitation_ratio(rec: &Record, i: usize, p: usize) -> f64 {
+    singular_ratio(&hankel_gram(rec, i, p), p, p)
 }
 
 /// The largest `p <= most` for which the centred, column-scaled Hankel matrix

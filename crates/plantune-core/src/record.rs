@@ -70,6 +70,7 @@ impl<'a> Record<'a> {
                 .remedy("give a record with rows of data below the header"));
         }
         self.check_starts()?;
+        self.check_lost(limits)?;
         self.check_finite(self.u, self.nu, 0, limits)?;
         self.check_finite(self.y, self.ny, self.nu, limits)?;
         Ok(self)
@@ -178,6 +179,28 @@ impl<'a> Record<'a> {
         } else {
             Err(Error::argument("starts", format!("{:?}", self.starts), "ascending rows that begin with 0"))
         }
+    }
+
+    /// D07: too many outputs that do not count.
+    fn check_lost(&self, limits: &Limits) -> Result<()> {
+        let Some(valid) = self.valid else { return Ok(()) };
+        for i in 0..self.ny {
+            let lost = valid.iter().skip(i).step_by(self.ny).filter(|v| !**v).count();
+            let share = lost as f64 / self.N() as f64;
+            if share > limits.D07 {
+                let first = (0..self.N()).find(|&k| !self.is_valid(k, i)).unwrap_or(0);
+                let place = self.place(self.nu + i, first);
+                return Err(Error::new(
+                    "D07",
+                    format!("{lost} of {} values of `{}` do not count", self.N(), place.column),
+                )
+                .at(place)
+                .count(lost)
+                .measured(share, limits.D07)
+                .remedy("use a stretch of the record with fewer holes"));
+            }
+        }
+        Ok(())
     }
 
     /// D07 and D08, column by column, at full speed while all is well.

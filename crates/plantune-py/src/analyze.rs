@@ -2,12 +2,14 @@
 
 use plantune_core::Limits;
 use plantune_core::analyze::delay_scan;
+use plantune_core::excitation::check_input_motion;
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
 use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(input_moves, m)?)?;
     m.add_function(wrap_pyfunction!(delay, m)?)
 }
 
@@ -45,4 +47,11 @@ fn delay<'py>(
         N: scan.N,
         notes: notes(&scan.notes),
     })
+}
+
+/// Whether every input moves (X01).
+#[pyfunction]
+fn input_moves(rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<bool> {
+    let limits: Limits = limits.into();
+    Ok(check_input_motion(&rec.view(&limits)?, &limits).is_ok())
 }

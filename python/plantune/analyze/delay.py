@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantune import _core
+from plantune.errors import refusal
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record
 
@@ -96,8 +97,8 @@ def delay(
     >>> print(pt.analyze.delay(pt.datasets.hair_dryer()))
     nk = 3 (order 3; next 2)
     """
-    limits = limits or DEFAULT_LIMITS
-    d = _core.delay(rec, input, tuple(nk), limits)
+    limits = limits or rec.limits or DEFAULT_LIMITS
+    d = _core.delay(rec, input, _range(nk), limits)
     return DelayScan(
         **{
             **d,
@@ -107,3 +108,15 @@ def delay(
         },
         source=rec.source,
     )
+
+
+def _range(nk: object) -> tuple[int, int]:
+    ends = tuple(nk) if isinstance(nk, tuple | list) else ()
+    if len(ends) != 2 or not all(isinstance(k, int) and 0 <= k < 2**53 for k in ends):
+        raise refusal(
+            "U01",
+            f"`nk` is {nk!r}, must be a pair of whole numbers, zero or more",
+            where=("nk", None, None),
+            remedy="nk=(0, 20)",
+        )
+    return ends[0], ends[1]

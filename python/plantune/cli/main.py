@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from plantune import job
-from plantune.cli.output import fail, write_run
+from plantune.cli.output import as_fields, fail, print_json, write_run
 from plantune.cli.summary import show
 from plantune.datasets import ENGINE_LOOP, engine_loop, hair_dryer
 from plantune.errors import PlantuneError, refusal
@@ -78,7 +78,11 @@ def tune(
         run = job.run(rec, gain_margin=gain_margin, title=data.stem, limits=limits)
         return run, write_run(out, run)
 
-    _finish(work, as_json)
+    run, folder = _attempt(work, as_json)
+    if as_json:
+        print_json(as_fields(run, folder))
+    else:
+        show(run, folder)
 
 
 @app.command()
@@ -98,23 +102,28 @@ def demo(
             ),
         ),
     ]
+    done = []
     for name, case in cases:
 
         def work(name: str = name, case: Callable[[], job.Run] = case) -> tuple[job.Run, Path]:
             run = case()
             return run, write_run(out / name, run)
 
-        _finish(work, as_json)
+        done.append(_attempt(work, as_json))
+    if as_json:
+        print_json({folder.name: as_fields(run, folder) for run, folder in done})
+    else:
+        for run, folder in done:
+            show(run, folder)
 
 
-def _finish(work: Callable[[], tuple[job.Run, Path]], as_json: bool) -> None:
-    """Do the work and print it, or print the refusal and exit with its code."""
+def _attempt(work: Callable[[], tuple[job.Run, Path]], as_json: bool) -> tuple[job.Run, Path]:
+    """Do the work, or print the refusal and exit with its code."""
     try:
-        run, folder = work()
+        return work()
     except PlantuneError as error:
         fail(error, as_json)
         raise typer.Exit(error.exit_code) from None
-    show(run, folder, as_json)
 
 
 def _column(name: str | None) -> str | int | None:

@@ -78,7 +78,11 @@ def as_dict(error: PlantuneError) -> dict[str, Any]:
     }
 
 
-def print_json(run: Run, folder: Path) -> None:
-    """Print the run as one JSON object, long arrays left to `run.json`."""
-    fields = to_json(run, longest=_LONGEST)
-    sys.stdout.write(json.dumps({**fields, "out": str(folder)}) + "\n")
+def as_fields(run: Run, folder: Path) -> dict[str, Any]:
+    """Return the fields of a run for JSON, long arrays left to `run.json`."""
+    return {**to_json(run, longest=_LONGEST), "out": str(folder)}
+
+
+def print_json(fields: dict[str, Any]) -> None:
+    """Print one JSON object."""
+    sys.stdout.write(json.dumps(fields) + "\n")

@@ -9,16 +9,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from plantune.cli.output import print_json
 from plantune.job import Run
 from plantune.notes import Note
 
 
-def show(run: Run, folder: Path, as_json: bool) -> None:
+def show(run: Run, folder: Path) -> None:
     """Print a run."""
-    if as_json:
-        print_json(run, folder)
-        return
     console = Console(highlight=False)
     console.print()
     heading = Text(run.title, style="bold") + Text(f"  {run.record}", style="dim")

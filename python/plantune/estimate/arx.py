@@ -63,7 +63,7 @@ def arx(
     >>> fit.theta.round(6), fit.N
     (array([-1.273739,  0.393546,  0.066618,  0.044482]), 296)
     """
-    limits = limits or DEFAULT_LIMITS
+    limits = limits or rec.limits or DEFAULT_LIMITS
     orders = _whole("na", na), _per_input("nb", nb, rec.nu), _per_input("nk", nk, rec.nu)
     return fit_from_core(_core.arx(rec, *orders, offset, limits), "ARX", rec, limits)
 

@@ -58,5 +58,5 @@ def process(
     """
     if code != "P1D":
         raise refusal("U01", f"`code` is {code!r}, must be 'P1D'", remedy="process(rec, 'P1D')")
-    limits = limits or DEFAULT_LIMITS
+    limits = limits or rec.limits or DEFAULT_LIMITS
     return fit_from_core(_core.p1d(rec, offset, L, limits), code, rec, limits)

@@ -354,6 +354,7 @@ def _record(sheet: Sheet, chosen: Chosen, choice: Choice, draft: Draft) -> Recor
         units={**units, **choice.units},
         rows=draft.rows,
         log=draft.log,
+        limits=choice.limits if choice.limits.changes() else None,
     )
 
 

@@ -79,7 +79,9 @@ class LinearModel:
         >>> model.predict(rec).round(3)
         array([  nan, 0.   , 0.5  , 0.75 , 0.875])
         """
-        rows, yhat, _, _ = _core.over_record(rec, self, horizon, "estimate", offset, DEFAULT_LIMITS)
+        rows, yhat, _, _ = _core.over_record(
+            rec, self, horizon, "estimate", offset, rec.limits or DEFAULT_LIMITS
+        )
         full = np.full(rec.N, np.nan)
         full[rows] = yhat
         return full

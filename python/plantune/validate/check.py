@@ -172,7 +172,7 @@ def check(
     >>> bool(verdict), round(verdict.fit), round(verdict.fit_1step)
     (True, 91, 95)
     """
-    limits = limits or DEFAULT_LIMITS
+    limits = limits or rec.limits or DEFAULT_LIMITS
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
     model, own = (fit.model, float(fit.offset[0])) if isinstance(fit, Fit) else (fit, 0.0)

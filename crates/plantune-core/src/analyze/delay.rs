@@ -7,12 +7,13 @@
 //! each candidate is a selection of its columns. Source 001, 3.5.4.
 
 use crate::error::{Error, Result};
-use crate::excitation::{check_input_motion, excitation_order};
+use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
-use crate::linalg::{Triangle, dot, residual_norm2};
+use crate::linalg::{Triangle, residual_norm2};
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::regress::{Column, Regression};
+use crate::relation::{beyond, follows_later};
 use crate::stats::f_tail;
 
 /// Highest order tried.
@@ -58,6 +59,9 @@ pub fn delay_scan(
     check(rec, input, low, high, limits)?;
     check_input_motion(rec, limits)?;
     let supported = excitation_order(rec, input, 2 * MOST_ORDER, limits.X02);
+    if supported < LEAST_EXCITATION {
+        return Err(too_poor(rec, input, supported, LEAST_EXCITATION, limits));
+    }
     let most = (supported / 2).clamp(1, MOST_ORDER);
     let scan = Scan::new(rec, input, low, high, most)?;
     let mut best: Vec<Candidate> = (low..=high).map(|nk| scan.best_order(nk)).collect();
@@ -69,7 +73,7 @@ pub fn delay_scan(
     let runner_up = best.iter().copied().find(|c| c.nk != winner.nk).unwrap_or(winner);
     let chance = scan.chance(&winner, candidates.len() * most);
     if chance > limits.X04
-        && let Some(lag) = scan.follows_later((limits.X05 * rec.N() as f64) as usize)
+        && let Some(lag) = follows_later(rec, input, (limits.X05 * rec.N() as f64) as usize)
     {
         return Err(beyond(rec, input, lag, limits));
     }
@@ -111,16 +115,6 @@ fn check(rec: &Record, input: usize, low: usize, high: usize, limits: &Limits) -
         .remedy(format!("scan up to {} or record longer", (most.ceil() as usize).saturating_sub(1))));
     }
     Ok(())
-}
-
-/// X05: y follows u only after more than a third of the record.
-fn beyond(rec: &Record, input: usize, lag: usize, limits: &Limits) -> Error {
-    let name = rec.input_name(input);
-    Error::new("X05", format!("y follows {name} only after about {lag} of {} rows", rec.N()))
-        .at(Place::column(name))
-        .count(rec.N())
-        .measured(lag as f64, limits.X05 * rec.N() as f64)
-        .remedy("record at least three times as long as the delay")
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -216,22 +210,6 @@ impl<'r, 'a> Scan<'r, 'a> {
         (tried as f64 * f_tail(explained / (winner.rss / freedom).max(f64::MIN_POSITIVE), b, freedom))
             .min(1.0)
     }
-
-    /// A delay from `first` samples on at which changes of y clearly follow changes of u, if there is one.
-    fn follows_later(&self, first: usize) -> Option<usize> {
-        let (rec, N) = (self.rec, self.rec.N());
-        let changes = |x: &[f64]| x.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>();
-        let (u, y) = (changes(&rec.input(self.input)), changes(&rec.output_held(0)));
-        let strength = |lag: usize| {
-            let (u, y) = (&u[..N - 1 - lag], &y[lag..]);
-            let moves = u.iter().filter(|x| **x != 0.0).count();
-            let size = (dot(u, u) * dot(y, y)).sqrt();
-            if moves >= 10 && size > 0.0 { (dot(u, y) / size).abs() * (u.len() as f64).sqrt() } else { 0.0 }
-        };
-        let lags = first..N - N / 10;
-        let (lag, most) = lags.map(|lag| (lag, strength(lag))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (most > 6.0).then_some(lag)
-    }
 }
 
 fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, chance: f64, limits: &Limits) -> Vec<Note> {
@@ -251,7 +229,7 @@ fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, chance: f64, li
     }
     let high = scan.low + scan.triangle.n() - scan.most * 2 - 2;
     let at_end = winner.nk == high || (winner.nk == scan.low && scan.low > 0);
-    if at_end && high > scan.low {
+    if at_end {
         notes.push(
             Note::warning(
                 "X05",

@@ -6,10 +6,10 @@
 //!
 //! Source 000, (2.1-1) and (2.2-3) to (2.2-5).
 
-use super::fit::{Fit, Status};
+use super::fit::{Fit, Status, standard_deviations};
 use super::least_squares::{digits, rounding, too_short};
 use crate::error::{Error, Result};
-use crate::excitation::{check_input_motion, excitation_order};
+use crate::excitation::{check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
 use crate::linalg::{RankDeficient, Solution, dot, solve, sum};
 use crate::model::{Model, PolyModel};
@@ -17,6 +17,9 @@ use crate::note::{Note, Place};
 use crate::poly::at_one;
 use crate::record::Record;
 use crate::regress::{Column, Regression};
+
+/// Rows per parameter below which excitation cannot be judged.
+const FEW_ROWS: usize = 4;
 
 /// Orders of an ARX model; `nb` and `nk` one per input.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,19 +35,23 @@ pub struct ArxOrders {
 /// Fits the orders to the record's only output.
 pub fn arx(rec: &Record, orders: &ArxOrders, offset: bool, limits: &Limits) -> Result<Fit> {
     check(rec, orders, limits)?;
-    check_input_motion(rec, limits)?;
     let columns = columns(orders, offset);
-    let n = columns.len() - usize::from(offset);
+    let all = columns.len();
+    let n = all - usize::from(offset);
+    if rec.N() <= all {
+        return Err(too_short(Regression::new(rec, 0, columns).N(), all));
+    }
+    check_input_motion(rec, limits)?;
+    check_delays(rec, orders, limits)?;
     let regression = Regression::new(rec, 0, columns);
     let N = regression.N();
-    let all = n + usize::from(offset);
     if N <= all {
         return Err(too_short(N, all));
     }
+    check_excitation(rec, orders, limits)?;
     let triangle = regression.triangle();
     let every: Vec<usize> = (0..all).collect();
-    let solution =
-        solve(&triangle, &every, all, limits.X08).map_err(|e| not_exciting(rec, orders, &e, limits))?;
+    let solution = solve(&triangle, &every, all, limits.X08).map_err(|e| not_exciting(rec, &e, limits))?;
     let error = rounding(&triangle, &solution, &solution.theta, solution.rss);
 
     let mut fit = unscaled(&regression, orders, offset, &solution, N, rec.Ts);
@@ -52,7 +59,7 @@ pub fn arx(rec: &Record, orders: &ArxOrders, offset: bool, limits: &Limits) -> R
     fit.expected_digits = digits(&error[..n], &solution.theta[..n]);
     fit.x0 = rec.segments().map(|_| Vec::new()).collect();
     fit.notes = notes(&fit, limits);
-    Ok(fit)
+    fit.finite()
 }
 
 fn check(rec: &Record, orders: &ArxOrders, limits: &Limits) -> Result<()> {
@@ -75,6 +82,11 @@ fn check(rec: &Record, orders: &ArxOrders, limits: &Limits) -> Result<()> {
     if orders.nb.contains(&0) {
         return Err(Error::argument("nb", format!("{:?}", orders.nb), "at least 1"));
     }
+    Ok(())
+}
+
+/// Refuses delays beyond the allowed share of the record (X05).
+fn check_delays(rec: &Record, orders: &ArxOrders, limits: &Limits) -> Result<()> {
     for (i, &nk) in orders.nk.iter().enumerate() {
         let share = nk as f64 / rec.N() as f64;
         if share >= limits.X05 {
@@ -85,6 +97,22 @@ fn check(rec: &Record, orders: &ArxOrders, limits: &Limits) -> Result<()> {
             .at(Place::column(rec.input_name(i)))
             .measured(nk as f64, limits.X05 * rec.N() as f64)
             .remedy("record at least three times as long as the delay"));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses orders beyond what each input supports (X02).
+fn check_excitation(rec: &Record, orders: &ArxOrders, limits: &Limits) -> Result<()> {
+    for (i, nb) in orders.nb.iter().enumerate() {
+        let wanted = orders.na + nb;
+        if rec.N() < FEW_ROWS * wanted {
+            continue; // The Hankel matrix would be hardly taller than wide; the regressor's rank decides.
+        }
+        let supported = excitation_order(rec, i, wanted, limits.X02);
+        if supported < wanted {
+            return Err(too_poor(rec, i, supported, wanted, limits)
+                .remedy(format!("ask for na + nb <= {supported}, or record with a PRBS or several steps")));
         }
     }
     Ok(())
@@ -205,11 +233,9 @@ fn names(rec: &Record, orders: &ArxOrders) -> Vec<String> {
     a.chain(b).collect()
 }
 
-/// Why the regressor has not full rank: too few input frequencies (X02), inputs that copy each other
-/// (X11), or an input that feeds back the output (X08).
-fn not_exciting(rec: &Record, orders: &ArxOrders, refusal: &RankDeficient, limits: &Limits) -> Error {
-    let order = excitation_order(rec, 0, 2 * (orders.na + orders.nb[0]), limits.X02);
-    let wanted = orders.na + orders.nb[0];
+/// Why the regressor has not full rank: inputs that copy each other (X11), or an input that feeds back the
+/// output, or an exact model of lower order (X08).
+fn not_exciting(rec: &Record, refusal: &RankDeficient, limits: &Limits) -> Error {
     if let Some((first, second, share)) = copied_input(rec) {
         let (a, b) = (rec.input_name(first), rec.input_name(second));
         return Error::new("X11", format!("inputs {a} and {b} copy each other"))
@@ -217,15 +243,9 @@ fn not_exciting(rec: &Record, orders: &ArxOrders, refusal: &RankDeficient, limit
             .measured(share, 1e-10)
             .remedy(format!("leave {b} out, or move it on its own"));
     }
-    let error = if rec.nu == 1 && order < wanted {
-        Error::new("X02", format!("u supports {order} parameters of a linear model, {wanted} were asked for"))
-            .remedy(format!("ask for na + nb <= {order}, or record with a PRBS or several steps"))
-    } else {
-        let text = "the regressor has not full rank: an exact model of lower order, \
-                    an input that copies another, or plain feedback";
-        Error::new("X08", text)
-            .remedy("ask for lower orders; with feedback move the set point or add a dither to u")
-    };
+    let text = "the regressor has not full rank: an exact model of lower order, or plain feedback";
+    let error = Error::new("X08", text)
+        .remedy("ask for lower orders; with feedback move the set point or add a dither to u");
     error
         .at(Place::column(rec.input_name(0)))
         .count(refusal.dependent.len())
@@ -262,6 +282,22 @@ fn notes(fit: &Fit, limits: &Limits) -> Vec<Note> {
             .count(fit.N)
             .measured(per_parameter, limits.X03)
             .remedy("record longer or ask for lower orders"),
+        );
+    }
+    let uncertain = standard_deviations(&fit.P, fit.theta.len());
+    let uncertain = uncertain.iter().zip(&fit.theta).filter(|(sd, t)| 2.0 * **sd > t.abs()).count();
+    if 4 * uncertain >= fit.theta.len() {
+        notes.push(
+            Note::warning(
+                "X02",
+                format!(
+                    "{uncertain} of {} parameters are uncertain by more than their size",
+                    fit.theta.len()
+                ),
+            )
+            .count(uncertain)
+            .measured(uncertain as f64 / fit.theta.len() as f64, 0.25)
+            .remedy("ask for lower orders, or record with more changes of the input"),
         );
     }
     let scale = fit.theta.iter().fold(0.0f64, |m, t| m.max(t.abs()));

@@ -1,5 +1,6 @@
 //! What every batch estimator returns, and the criteria computed from its loss.
 
+use crate::error::{Error, Result};
 use crate::model::Model;
 use crate::note::Note;
 
@@ -50,6 +51,21 @@ pub struct Fit {
     pub expected_digits: Vec<f64>, // (n)
     /// Doubts.
     pub notes: Vec<Note>,
+}
+
+impl Fit {
+    /// The fit, if all its numbers are; units far from one can overflow their squares (N02).
+    pub fn finite(self) -> Result<Self> {
+        let sds = standard_deviations(&self.P, self.theta.len());
+        let exact = self.loss == 0.0 || self.N == self.theta.len();
+        let fine = self.theta.iter().chain(&self.P).chain([&self.loss, &self.offset]).all(|x| x.is_finite())
+            && (exact || sds.iter().all(|sd| *sd > 0.0));
+        if fine {
+            return Ok(self);
+        }
+        Err(Error::new("N02", "the numbers of this record overflow or vanish when squared")
+            .remedy("change the units so that inputs and outputs are nearer to one"))
+    }
 }
 
 /// `FPE, AIC, BIC` of a loss `V` over `N` rows with `d` parameters:

@@ -11,17 +11,22 @@ const DECIMATION: f64 = 1.5;
 /// The sample time of uniform stamps; refuses others (D13, D14, D15).
 pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
     check_ascending(t)?;
-    let mean = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
-    let off = |w: &[f64]| ((w[1] - w[0]) / mean - 1.0).abs();
-    let worst = t.windows(2).map(off).fold(0.0, f64::max);
-    if worst <= limits.D15 {
-        return Ok(mean);
-    }
-    let row = t.windows(2).position(|w| off(w) > limits.D15).map_or(0, |k| k + 1);
-    let count = t.windows(2).filter(|w| off(w) > limits.D15).count();
     let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
     steps.sort_by(f64::total_cmp);
     let [p1, median, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
+    let mean = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
+    let off = |step: f64| (step / median - 1.0).abs();
+    // Stamps are rounded decimals: a step at the limit may pass it by a little.
+    let allowed = 1.002 * limits.D15;
+    let extremes =
+        |about: f64| (steps[0] / about - 1.0).abs().max((steps[steps.len() - 1] / about - 1.0).abs());
+    let worst = extremes(median);
+    if worst.min(extremes(mean)) <= allowed {
+        return Ok(mean);
+    }
+    let places = t.windows(2).enumerate().filter(|(_, w)| off(w[1] - w[0]) > allowed);
+    let (count, row) =
+        places.fold((0, 0), |(count, row), (k, _)| (count + 1, if count == 0 { k + 1 } else { row }));
     let text = format!(
         "not uniformly sampled: {count} steps are off by up to {:.1} % \
          (median {median:.6} s, 1 % {p1:.6} s, 99 % {p99:.6} s)",

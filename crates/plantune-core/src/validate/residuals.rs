@@ -26,6 +26,9 @@ pub struct Residuals {
     pub crosscorr: Vec<Vec<f64>>,
     /// Half width of the band for each input.
     pub cross_band: Vec<f64>,
+    /// Largest `|r_eu| / band` at lags from 1 on that chance gives in one record of a hundred, when the model
+    /// was fitted on as many other rows and its own error doubles the variance.
+    pub cross_limit: f64,
 }
 
 /// Correlations of the errors `e` on `rows` of the record, up to `most` lags.
@@ -54,6 +57,7 @@ pub fn residuals(rec: &Record, rows: &[usize], e: &[f64], most: usize) -> Residu
         cross_lags: (-M..=M).collect(),
         crosscorr,
         cross_band,
+        cross_limit: (2.0f64).sqrt() * normal_quantile(1.0 - 0.01 / most.max(1) as f64) / z,
     }
 }
 
@@ -65,7 +69,7 @@ fn centred(x: impl Iterator<Item = f64>) -> Vec<f64> {
 
 /// `sum a(t) b(t-k) / sqrt(sum a^2 sum b^2)` for `k = 0 ..= most`; zero where a signal stands still.
 pub(super) fn correlation(a: &[f64], b: &[f64], most: usize) -> Vec<f64> {
-    let size = (dot(a, a) * dot(b, b)).sqrt();
+    let size = dot(a, a).sqrt() * dot(b, b).sqrt();
     (0..=most).map(|k| if size > 0.0 { dot(&a[k..], &b[..b.len() - k]) / size } else { 0.0 }).collect()
 }
 

@@ -5,6 +5,7 @@
 use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
+use crate::linalg::extent;
 use crate::model::Model;
 use crate::note::{Note, Place};
 use crate::record::Record;
@@ -92,7 +93,11 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let N = errors.len();
     let mean_square = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>() / e.len() as f64;
     let fit = fit_percent(&y, &simulation_errors);
-    let notes = notes(rec, &residuals, fit, limits);
+    // Rounding has a colour of its own that says nothing.
+    let (low, high) = extent(&y);
+    let rounding = 1e-9 * (high - low);
+    let exact = errors.iter().chain(&simulation_errors).all(|e| e.abs() <= rounding);
+    let notes = if exact { Vec::new() } else { notes(rec, &residuals, fit, limits) };
     let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
     Ok(Verdict {
         fit,
@@ -101,7 +106,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         loss: mean_square(&errors),
         N,
         offset: simulated.offset,
-        widening: widening(&residuals),
+        widening: if exact { 1.0 } else { widening(&residuals) },
         simulated,
         errors,
         residuals,
@@ -190,8 +195,9 @@ fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<
         );
     }
     for (i, (r, band)) in residuals.crosscorr.iter().zip(&residuals.cross_band).enumerate() {
-        if let Some((count, lag, r)) = worst(&residuals.cross_lags, r, *band, 0)
+        if let Some((count, lag, r)) = worst(&residuals.cross_lags, r, *band, 1)
             && count > chance
+            && r.abs() > residuals.cross_limit * band
         {
             let name = rec.input_name(i);
             notes.push(

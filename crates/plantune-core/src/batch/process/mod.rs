@@ -16,16 +16,17 @@ mod problem;
 mod search;
 mod starts;
 
-use self::problem::{Point, Problem, Stretch};
+use self::problem::{MOST_MOVES, Point, Problem, Stretch};
 use super::fit::{Fit, Status};
 use super::least_squares::too_short;
 use crate::error::{Error, Result};
-use crate::excitation::check_input_motion;
+use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
 use crate::linalg::{Solution, Triangle, residual_norm2, solve};
 use crate::model::{Model, ProcessModel};
 use crate::note::{Note, Place};
 use crate::record::Record;
+use crate::relation::{beyond, chance, follows_later};
 use crate::stats::f_tail;
 
 /// Pivots below this share mean that the data do not tell parameters apart.
@@ -45,6 +46,10 @@ pub fn p1d(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<Fi
     check(rec, options, limits)?;
     check_input_motion(rec, limits)?;
     let mut problem = Problem::new(rec, options, limits)?;
+    let supported = excitation_order(rec, 0, LEAST_EXCITATION, limits.X02);
+    if supported < LEAST_EXCITATION {
+        return Err(too_poor(rec, 0, supported, LEAST_EXCITATION, limits));
+    }
     let mut best = problem.minimum().ok_or_else(|| no_relation(rec, 1.0, limits))?;
     if problem.contradicts_rest(&best) {
         problem = problem.without_rest();
@@ -98,13 +103,12 @@ fn no_relation(rec: &Record, p: f64, limits: &Limits) -> Error {
 impl Problem<'_, '_> {
     fn fit(&self, best: &Point) -> Result<Fit> {
         let Ts = self.rec.Ts;
-        let (rss, linear) =
-            self.evaluate(best).ok_or_else(|| no_relation(self.rec, f64::NAN, self.limits))?;
+        let (rss, linear) = self.evaluate(best).ok_or_else(|| no_relation(self.rec, 1.0, self.limits))?;
         let n = self.linear();
         let every: Vec<usize> = (0..n + 2).collect();
         let all = self.full(best, &linear);
         let solution = solve(&all, &every, n + 2, RANK_TOLERANCE)
-            .map_err(|_| no_relation(self.rec, f64::NAN, self.limits))?;
+            .map_err(|_| no_relation(self.rec, 1.0, self.limits))?;
         let N = self.rows(best.history);
         let states = self.stretches(best.history).filter(|s| !s.at_rest).count();
         let parameters = n + 2 + states;
@@ -119,12 +123,13 @@ impl Problem<'_, '_> {
         let offset = linear.theta.get(1).copied().unwrap_or(0.0) / self.scale_y.factor;
         let s2 = rss / (N - parameters) as f64;
         let model = ProcessModel { K, T, L };
+        self.check_colour(&model)?;
         // The state without the offset, at the first residual row of each segment.
         let state = |(s, x): (&Stretch, &Vec<f64>)| {
             let held = if s.at_rest { self.rec.u[s.rows.start] } else { self.scale_u.zero };
             vec![K * held + x[0] / self.scale_y.factor]
         };
-        Ok(Fit {
+        Fit {
             theta: vec![K, T, L],
             P: self.covariance(&solution, s2, T, gain_unit),
             names: ["K", "T", "L"].map(str::to_owned).to_vec(),
@@ -136,7 +141,8 @@ impl Problem<'_, '_> {
             expected_digits: vec![15.0 + solution.ratio.log10(); 3],
             notes: self.notes(&model, N, best),
             model: Model::Process(model),
-        })
+        }
+        .finite()
     }
 
     /// Covariance of `K, T, L, O` in the record's units from that of `K, O, ln T, L/Ts` in scaled units.
@@ -177,7 +183,29 @@ impl Problem<'_, '_> {
         let F = (without - rss) / 3.0 / (rss / freedom).max(f64::MIN_POSITIVE);
         let tried = self.cells.clone().count() as f64;
         let p = (tried * f_tail(F, 3.0, freedom)).min(1.0);
-        if p > self.limits.X04 { Err(no_relation(self.rec, p, self.limits)) } else { Ok(()) }
+        if p > self.limits.X04 { Err(self.unrelated(p)) } else { Ok(()) }
+    }
+
+    /// The same with the colour of y taken up by an autoregression. A step test moves too seldom for it.
+    fn check_colour(&self, model: &ProcessModel) -> Result<()> {
+        if self.stretches.iter().any(|s| s.moves <= MOST_MOVES) {
+            return Ok(());
+        }
+        let rec = self.rec;
+        let y = rec.output_held(0);
+        let forced =
+            |s: &Stretch| (y[s.rows.clone()].to_vec(), model.simulate(&self.u[s.rows.clone()], rec.Ts, 0.0));
+        let segments: Vec<_> = self.stretches.iter().map(forced).collect();
+        let p = (self.cells.clone().count() as f64 * chance(&segments)).min(1.0);
+        if p > self.limits.X04 { Err(self.unrelated(p)) } else { Ok(()) }
+    }
+
+    fn unrelated(&self, p: f64) -> Error {
+        let first = (self.limits.X05 * self.rec.N() as f64) as usize;
+        match follows_later(self.rec, 0, first) {
+            Some(lag) => beyond(self.rec, 0, lag, self.limits),
+            None => no_relation(self.rec, p, self.limits),
+        }
     }
 
     fn notes(&self, model: &ProcessModel, N: usize, best: &Point) -> Vec<Note> {
@@ -204,7 +232,7 @@ impl Problem<'_, '_> {
                     .remedy("give a range of delays: L=(low, high)"),
             );
         }
-        if model.L >= self.bounds.1 - 1e-6 * Ts {
+        if model.L >= self.bounds.1 - 0.25 * Ts {
             notes.push(
                 Note::warning(
                     "X05",

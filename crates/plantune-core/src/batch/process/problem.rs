@@ -11,7 +11,7 @@ use crate::linalg::{Block, Segmented, Triangle, dot, extent, solve};
 use crate::record::{Record, Scale};
 
 /// Moves of the input up to which a segment counts as a step test.
-const MOST_MOVES: usize = 6;
+pub(super) const MOST_MOVES: usize = 6;
 
 /// Share of the segment over which the input must be held at first.
 const LEAST_REST: f64 = 0.015;
@@ -39,6 +39,8 @@ pub(super) struct Problem<'r, 'a> {
 pub(super) struct Stretch {
     pub(super) rows: Range<usize>,
     pub(super) at_rest: bool,
+    /// Moves of the input.
+    pub(super) moves: usize,
 }
 
 impl Stretch {
@@ -48,13 +50,16 @@ impl Stretch {
     }
 }
 
+fn moves(u: &[f64]) -> usize {
+    u.windows(2).filter(|w| w[0] != w[1]).count()
+}
+
 /// Whether a segment looks like a step test that begins at rest: the input moves a few times only, and
 /// before its first move the output has not gone anywhere.
 fn starts_at_rest(u: &[f64], y: &[f64], rows: &Range<usize>) -> bool {
     let (u, y) = (&u[rows.clone()], &y[rows.clone()]);
-    let moves = u.windows(2).filter(|w| w[0] != w[1]).count();
     let held = u.iter().take_while(|&&x| x == u[0]).count();
-    if moves > MOST_MOVES || held == u.len() || (held as f64) < LEAST_REST * u.len() as f64 {
+    if moves(u) > MOST_MOVES || held == u.len() || (held as f64) < LEAST_REST * u.len() as f64 {
         return false;
     }
     let (low, high) = extent(y);
@@ -82,8 +87,14 @@ impl<'r, 'a> Problem<'r, 'a> {
         let default = (span as f64 / 4.0).min(200.0) * rec.Ts;
         let bounds = options.L.unwrap_or((0.0, default));
         let cell = |L: f64| (L / rec.Ts + 1e-9).floor() as usize;
-        let stretches =
-            rec.segments().map(|rows| Stretch { at_rest: starts_at_rest(rec.u, &y, &rows), rows }).collect();
+        let stretches = rec
+            .segments()
+            .map(|rows| Stretch {
+                at_rest: starts_at_rest(rec.u, &y, &rows),
+                moves: moves(&rec.u[rows.clone()]),
+                rows,
+            })
+            .collect();
         let problem = Problem {
             rec,
             stretches,
