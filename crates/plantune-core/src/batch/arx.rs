@@ -34,7 +34,7 @@ pub struct ArxOrders {
 
 /// Fits the orders to the record's only output.
 pub fn arx(rec: &Record, orders: &ArxOrders, offset: bool, limits: &Limits) -> Result<Fit> {
-    check(rec, orders, limits)?;
+    check(rec, orders)?;
     let columns = columns(orders, offset);
     let all = columns.len();
     let n = all - usize::from(offset);
@@ -62,7 +62,7 @@ pub fn arx(rec: &Record, orders: &ArxOrders, offset: bool, limits: &Limits) -> R
     fit.finite()
 }
 
-fn check(rec: &Record, orders: &ArxOrders, limits: &Limits) -> Result<()> {
+fn check(rec: &Record, orders: &ArxOrders) -> Result<()> {
     if rec.ny != 1 {
         return Err(Error::argument(
             "rec",

@@ -191,10 +191,11 @@ impl Problem<'_, '_> {
         if self.stretches.iter().any(|s| s.moves <= MOST_MOVES) {
             return Ok(());
         }
-        let rec = self.rec;
-        let y = rec.output_held(0);
-        let forced =
-            |s: &Stretch| (y[s.rows.clone()].to_vec(), model.simulate(&self.u[s.rows.clone()], rec.Ts, 0.0));
+        let unit = ProcessModel { K: 1.0, ..*model };
+        let forced = |s: &Stretch| {
+            let rows = s.rows.clone();
+            (self.y[rows.clone()].to_vec(), unit.simulate(&self.u[rows], self.rec.Ts, 0.0))
+        };
         let segments: Vec<_> = self.stretches.iter().map(forced).collect();
         let p = (self.cells.clone().count() as f64 * chance(&segments)).min(1.0);
         if p > self.limits.X04 { Err(self.unrelated(p)) } else { Ok(()) }
