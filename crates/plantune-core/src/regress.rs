@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::linalg::{Block, Triangle};
+use crate::linalg::{Block, Triangle, scale_into};
 use crate::record::{Record, Scale};
 
 /// One column of a regressor.
@@ -66,9 +66,6 @@ impl<'r, 'a> Regression<'r, 'a> {
                 self.fill_output(0, t, 1.0, block.next_rows(n, len));
                 block.grow(len);
                 t += len;
-                if block.free() == 0 {
-                    triangle.absorb(&mut block);
-                }
             }
         }
         triangle.absorb(&mut block);
@@ -94,9 +91,7 @@ impl<'r, 'a> Regression<'r, 'a> {
 fn copy_scaled(x: &[f64], width: usize, i: usize, t: usize, scale: Scale, sign: f64, out: &mut [f64]) {
     let factor = sign * scale.factor;
     if width == 1 {
-        for (o, v) in out.iter_mut().zip(&x[t..]) {
-            *o = (v - scale.zero) * factor;
-        }
+        scale_into(out, &x[t..], scale.zero, factor);
     } else {
         for (o, v) in out.iter_mut().zip(x[t * width + i..].iter().step_by(width)) {
             *o = (v - scale.zero) * factor;

@@ -4,6 +4,7 @@ mod draws;
 mod eigen;
 mod kernel;
 mod qr;
+mod reflect;
 mod segmented;
 mod solve;
 
@@ -11,7 +12,7 @@ pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;
 pub use eigen::{eigenvalues, symmetric_eigenvalues};
-pub use kernel::{dot, extent, sum};
+pub use kernel::{dot, extent, scale_into, sum};
 pub use qr::{BLOCK, Block, Triangle};
 pub use segmented::Segmented;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve};

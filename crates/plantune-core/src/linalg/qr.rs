@@ -1,9 +1,14 @@
 //! QR of a tall matrix that arrives in blocks of rows; only the triangle is kept.
 //!
-//! Each block is stacked below the triangle and reflected into it (Householder), so the
-//! result has the accuracy of a QR of the whole matrix while memory stays at one block.
+//! Rows are collected in a block; a full block is reflected into one triangle per register lane,
+//! and these into the triangle at the end (Householder throughout), so the result has the accuracy
+//! of a QR of the whole matrix while memory stays at one block.
 //! Householder QR is invariant to column scaling, so scaling and pivoting wait until
 //! the triangle is solved ([`super::solve`]).
+
+use std::ops::{Deref, DerefMut};
+
+use super::reflect::{LANES, absorb, gather};
 
 /// Rows of a block: ten columns of it fit into the first-level cache, and no two of them begin 4096 bytes
 /// apart, which would hold up loads behind stores.
@@ -12,53 +17,89 @@ pub const BLOCK: usize = 264;
 /// Numbers in a cache line.
 const LINE: usize = 8;
 
-/// A block of rows, column by column, each column [`BLOCK`] long; unused rows are zero.
+/// Rows on their way into a triangle: [`BLOCK`] of them, and what was made of those before.
 pub struct Block {
-    data: Vec<f64>, // (BLOCK, n) column-major, behind `start`
-    start: usize,
+    n: usize,
+    data: Lines, // (BLOCK, n) column-major
     rows: usize,
+    lanes: Lines, // (n, n, LANES): a triangle per lane of the rows before
+    reduced: bool,
 }
 
 impl Block {
-    /// Room for `n` columns, each beginning on a cache line: unaligned registers load at half speed.
+    /// Room for `n` columns.
     pub fn new(n: usize) -> Self {
-        let data = vec![0.0; BLOCK * n + LINE];
-        let start = data.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
-        Block { data, start, rows: 0 }
+        Block { n, data: Lines::new(BLOCK * n), rows: 0, lanes: Lines::new(n * n * LANES), reduced: false }
     }
 
-    /// Rows still free.
+    /// Rows still free; at least one.
     pub fn free(&self) -> usize {
         BLOCK - self.rows
     }
 
     /// Column `j` of the next `len` rows, to be filled before [`Block::grow`].
     pub fn next_rows(&mut self, j: usize, len: usize) -> &mut [f64] {
-        let first = self.start + j * BLOCK + self.rows;
-        &mut self.data[first..first + len]
+        &mut self.data[j * BLOCK + self.rows..][..len]
     }
 
     /// Declares `len` filled rows as part of the block.
     pub fn grow(&mut self, len: usize) {
         self.rows += len;
+        if self.rows == BLOCK {
+            self.reduce();
+        }
     }
 
     /// Appends one row.
     pub fn push(&mut self, row: &[f64]) {
-        let columns = self.data[self.start..].chunks_exact_mut(BLOCK);
-        for (column, &x) in columns.zip(row) {
-            column[self.rows] = x;
+        let data = &mut *self.data;
+        for (j, &x) in row.iter().enumerate() {
+            data[j * BLOCK + self.rows] = x;
         }
         self.rows += 1;
+        if self.rows == BLOCK {
+            self.reduce();
+        }
     }
 
-    /// The columns, rows not filled set to zero.
-    fn columns(&mut self, n: usize) -> &mut [f64] {
-        let columns = &mut self.data[self.start..self.start + BLOCK * n];
-        for column in columns.chunks_exact_mut(BLOCK) {
-            column[self.rows..].fill(0.0);
+    /// Reflects the rows into the triangles of the lanes.
+    fn reduce(&mut self) {
+        let rows = self.rows.next_multiple_of(LANES);
+        for column in self.data.chunks_exact_mut(BLOCK) {
+            column[self.rows..rows].fill(0.0);
         }
-        columns
+        absorb(&mut self.lanes, self.n, &mut self.data, BLOCK, rows);
+        self.rows = 0;
+        self.reduced = true;
+    }
+}
+
+/// Numbers that begin on a cache line: a register that straddles two loads at half speed.
+struct Lines {
+    data: Vec<f64>,
+    start: usize,
+}
+
+impl Lines {
+    fn new(len: usize) -> Self {
+        let data = vec![0.0; len + LINE];
+        let start = data.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
+        Lines { data, start }
+    }
+}
+
+impl Deref for Lines {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.data[self.start..][..self.data.len() - LINE]
+    }
+}
+
+impl DerefMut for Lines {
+    fn deref_mut(&mut self) -> &mut [f64] {
+        let len = self.data.len() - LINE;
+        &mut self.data[self.start..][..len]
     }
 }
 
@@ -90,13 +131,15 @@ impl Triangle {
         &self.r[i * self.n..][..self.n]
     }
 
-    /// Reflects the rows of `block` into the triangle and empties it.
+    /// Reflects all rows that `block` was given into the triangle and empties it.
     pub fn absorb(&mut self, block: &mut Block) {
-        if block.rows == 0 {
-            return;
+        if block.rows > 0 {
+            block.reduce();
         }
-        super::kernel::absorb(&mut self.r, self.n, block.columns(self.n));
-        block.rows = 0;
+        if block.reduced {
+            gather(&mut self.r, self.n, &mut block.lanes);
+            block.reduced = false;
+        }
     }
 
     /// Absorbs every row that `rows` pushes into the block it is given.
@@ -105,9 +148,6 @@ impl Triangle {
         let mut block = Block::new(n);
         for row in rows {
             block.push(row);
-            if block.free() == 0 {
-                triangle.absorb(&mut block);
-            }
         }
         triangle.absorb(&mut block);
         triangle
@@ -131,6 +171,29 @@ mod tests {
                 let gram: f64 = rows.iter().map(|x| x[i] * x[j]).sum();
                 let ours: f64 = (0..n).map(|k| r.at(k, i) * r.at(k, j)).sum();
                 assert!((gram - ours).abs() < 1e-11 * rows.len() as f64, "{i} {j}");
+            }
+        }
+    }
+
+    /// Few rows, odd numbers of columns, a column of zeros and rows that come after the triangle was read.
+    #[test]
+    fn every_shape_keeps_the_gram_matrix() {
+        for (n, counts) in
+            [(1, [1, 7]), (2, [3, 600]), (3, [256, 0]), (6, [300, 5]), (9, [4, 4]), (12, [513, 256])]
+        {
+            let entry =
+                |k: usize, j: usize| if j == 1 { 0.0 } else { ((k * (j + 3) + j * j) as f64 * 0.37).sin() };
+            let rows: Vec<Vec<f64>> =
+                (0..counts[0] + counts[1]).map(|k| (0..n).map(|j| entry(k, j)).collect()).collect();
+            let (mut r, mut block) = (Triangle::new(n), Block::new(n));
+            for part in [&rows[..counts[0]], &rows[counts[0]..]] {
+                part.iter().for_each(|row| block.push(row));
+                r.absorb(&mut block);
+            }
+            for (i, j) in (0..n * n).map(|ij| (ij / n, ij % n)) {
+                let gram: f64 = rows.iter().map(|x| x[i] * x[j]).sum();
+                let ours: f64 = (0..n).map(|k| r.at(k, i) * r.at(k, j)).sum();
+                assert!((gram - ours).abs() < 1e-13 * rows.len() as f64, "{n} {i} {j}");
             }
         }
     }

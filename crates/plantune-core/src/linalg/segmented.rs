@@ -29,9 +29,6 @@ impl Segmented {
     pub fn push(&mut self, segment: Triangle) {
         for i in self.local..segment.n() {
             self.block.push(&segment.row(i)[self.local..]);
-            if self.block.free() == 0 {
-                self.common.absorb(&mut self.block);
-            }
         }
         self.heads.push(segment);
     }
