@@ -37,6 +37,7 @@ BENCHES = [
         [contestant(code) for code in (OURS, *PEERS)],
         difference=None,
         memory=False,
+        patience=8.0,
         remark=over_numpy,
     )
 ]
