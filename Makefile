@@ -13,7 +13,7 @@ MSRV   := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 help:      ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
 
-demo: $(VENV)/package      ## the main job on two shipped records: out/demo/report.html
+demo: $(VENV)/package      ## the main job on two shipped records: out/demo/*/report.html
 	@$(BIN)/plantune demo --out out/demo
 
 test: $(VENV)/extra-test   ## every test but the slow ones, and the examples in docstrings and pages
