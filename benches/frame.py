@@ -53,7 +53,7 @@ class Bench:
     contestants: Sequence[Contestant]
     difference: Callable[[np.ndarray, np.ndarray], float] | None = relative_difference
     memory: bool = True
-    patience: float = 1.0  # times as long as other benches
+    patience: int = 1  # times as many processes as other benches
     remark: Callable[[list[dict[str, Any]]], str] | None = None  # a line on the finished rows
 
 
@@ -148,9 +148,9 @@ def side_by_side(
     }
     present = [k for k in missing if not missing[k]]
     runs: dict[int, list[dict[str, Any]]] = {k: [] for k in present}
-    for _ in range(rounds):  # A B A B: what disturbs the machine meets all of them
+    for _ in range(rounds * bench.patience):  # A B A B: what disturbs the machine meets all of them
         for k in present:
-            runs[k].append(spawn(module, number, k, seconds * bench.patience))
+            runs[k].append(spawn(module, number, k, seconds))
     rows = []
     for k in present:
         memory = spawn(module, number, k, 0)["memory"] if bench.memory else None
