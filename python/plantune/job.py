@@ -77,6 +77,7 @@ class Run:
         []
         """
         parts: list[Any] = [
+            self.record,
             self,
             *self.findings.values(),
             *self.fits.values(),

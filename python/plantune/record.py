@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.notes import DEFAULT_LIMITS, Limits
+from plantune.notes import DEFAULT_LIMITS, Limits, Note
 
 Floats = NDArray[np.float64]
 
@@ -60,6 +60,8 @@ class Record:
         Fingerprint of the record that this one was made from; computed when empty.
     limits : Limits, optional
         Thresholds that the record was checked with (D07, D08).
+    notes : sequence of Note
+        What reading and preparation leave in doubt.
 
     Raises
     ------
@@ -94,6 +96,7 @@ class Record:
     log: tuple[str, ...] = ()
     source: str = ""
     limits: Limits | None = None
+    notes: tuple[Note, ...] = ()
 
     def __post_init__(self) -> None:
         for name, value in self._frozen_fields().items():
@@ -130,6 +133,7 @@ class Record:
         frozen["aux"] = MappingProxyType(aux)
         frozen["units"] = MappingProxyType(dict(self.units))
         frozen["log"] = tuple(self.log)
+        frozen["notes"] = tuple(self.notes)
         return frozen
 
     @property
@@ -257,6 +261,7 @@ class Record:
             ),
             rows=stack("rows"),
             log=(*first.log, f"joined {len(records)} records"),
+            notes=tuple(dict.fromkeys(note for rec in records for note in rec.notes)),
             source=first.source if same_source else "",
         )
 
