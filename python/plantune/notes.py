@@ -97,6 +97,12 @@ class Limits:
     """Fit in percent by which a polynomial model may be better than a process model."""
     V04: float = _DEFAULT["V04"]
     """Samples by which the delays of the two may differ, beside their uncertainty."""
+    X12: float = _DEFAULT["X12"]
+    """Standard deviations that a process gain must be away from zero to be tuned on."""
+    C07: float = _DEFAULT["C07"]
+    """Least gain margin, as a factor, over the model's uncertainty."""
+    C07_phase: float = _DEFAULT["C07_phase"]
+    """Least phase margin there, degrees."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -113,7 +119,7 @@ class Limits:
         """Return one note per threshold that differs from its default."""
         return tuple(
             Note(
-                code=field.name,
+                code=field.name.partition("_")[0],
                 severity="info",
                 text=f"limit {field.name} is {getattr(self, field.name):g} "
                 f"instead of {_DEFAULT[field.name]:g}",

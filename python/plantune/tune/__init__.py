@@ -3,7 +3,10 @@
 from plantune.tune.bands import bode_band, step_band
 from plantune.tune.imc import imc_pi
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
+from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
+from plantune.tune.simc import simc
 from plantune.tune.tuning import Tuning
+from plantune.tune.ziegler_nichols import ziegler_nichols
 
 __all__ = [
     "Margins",
@@ -12,6 +15,9 @@ __all__ = [
     "bode_band",
     "imc_pi",
     "margins",
+    "refined_ziegler_nichols",
     "sensitivities",
+    "simc",
     "step_band",
+    "ziegler_nichols",
 ]

@@ -117,6 +117,12 @@ pub fn default_horizon(model: &ProcessModel, pid: &Pid) -> f64 {
     12.0 * (closed + model.T / (1.0 + (model.K * pid.Kp).abs()) + model.L)
 }
 
+/// As [`default_horizon`], and until a load has died out: it decays no faster than the integral time.
+pub fn load_horizon(model: &ProcessModel, pid: &Pid) -> f64 {
+    let recovery = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
+    default_horizon(model, pid).max(recovery)
+}
+
 fn check(pid: &Pid, settings: &ClosedLoopSettings) -> Result<()> {
     pid.check()?;
     let steps = settings.r.len();
