@@ -40,7 +40,8 @@ def simc(
     UsageError
         `tau_c` is out of its range (U01).
     NotIdentifiable
-        The model is none, or without dead time needs `tau_c` (M12), or the sign of its gain is open (X12).
+        The model is none, or has no dead time to take as `tau_c` (M12), or the sign of its
+        gain is open (X12).
 
     Notes
     -----
