@@ -64,8 +64,8 @@ TOLERANCE = {
     "PO_u": 0.2,  # % of the peak: a printed peak is the last step before a corner of u
 }
 
-# The phase crossovers are those of a frequency grid: that of IMC is pi/(2 L), printed 9e-5 lower; the
-# worst is 3.2e-4 lower.
+# The phase crossovers are those of a frequency grid: that of IMC is pi/(2 L), printed 9e-5 lower;
+# the worst is 3.2e-4 lower.
 GRID = 3.5e-4
 
 # Corrections of misprints: what the table should say.
