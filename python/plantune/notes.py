@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 from plantune import _core
-from plantune.errors import evidence, refusal
+from plantune.errors import PlantuneError, evidence, refusal
 
 
 class Where(NamedTuple):
@@ -54,6 +54,32 @@ def notes_from_core(notes: Iterable[Mapping[str, Any]]) -> tuple[Note, ...]:
         Note(**{**note, "where": Where(*note["where"]) if note["where"] else None})
         for note in notes
     )
+
+
+def note_of(error: PlantuneError, text: str) -> Note:
+    """Return a refusal as the doubt it is where other results stand beside it."""
+    return Note(
+        code=error.code,
+        severity="warning",
+        text=text,
+        where=Where(*error.where) if error.where else None,
+        count=error.count,
+        measured=error.measured,
+        limit=error.limit,
+        remedy=error.remedy,
+    )
+
+
+def merged(named: Sequence[tuple[str, Sequence[Note]]]) -> tuple[Note, ...]:
+    """Return the notes that all share once, then the others with the name they speak of."""
+    common = [note for note in named[0][1] if all(note in notes for _, notes in named)]
+    own = [
+        replace(note, text=f"{name}: {note.text}")
+        for name, notes in named
+        for note in notes
+        if note not in common
+    ]
+    return (*common, *own)
 
 
 _DEFAULT = _core.default_limits()

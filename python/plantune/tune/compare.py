@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 from plantune import _core
 from plantune.errors import NotIdentifiable, refusal
 from plantune.estimate.fit import Fit
 from plantune.models import PID, ProcessModel
-from plantune.notes import Limits, Note
+from plantune.notes import Limits, Note, merged, note_of
 from plantune.simulate import Response, load_step, step
 from plantune.text import number, table
 from plantune.tune.imc import imc_pi
@@ -180,7 +180,10 @@ def compare(
             )
             for tuning in tunings
         ),
-        notes=(*_notes(tunings), *map(_refused, refused)),
+        notes=(
+            *merged([(tuning.rule, tuning.notes) for tuning in tunings]),
+            *(note_of(error, f"left out: {error.text}") for error in refused),
+        ),
         source=tunings[0].source,
     )
 
@@ -203,26 +206,3 @@ def _steps(row: Row) -> list[str]:
     i, load = row.set_point.indices, row.load.indices
     step = [i.settling, i.overshoot, i.ise, i.iae, i.itae, i.control_overshoot, i.control_energy]
     return [row.tuning.rule, *map(number, step), number(load.iae)]
-
-
-def _notes(tunings: Sequence[Tuning]) -> tuple[Note, ...]:
-    """Return the notes of all rules once, others with the name of their rule."""
-    common = [n for n in tunings[0].notes if all(n in t.notes for t in tunings)]
-    own = [
-        replace(note, text=f"{tuning.rule}: {note.text}")
-        for tuning in tunings
-        for note in tuning.notes
-        if note not in common
-    ]
-    return (*common, *own)
-
-
-def _refused(error: NotIdentifiable) -> Note:
-    return Note(
-        code=error.code,
-        severity="warning",
-        text=f"left out: {error.text}",
-        measured=error.measured,
-        limit=error.limit,
-        remedy=error.remedy,
-    )
