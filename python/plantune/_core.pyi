@@ -112,7 +112,7 @@ def default_horizon(model: ProcessModel, pid: PID) -> float:
     """Seconds until a loop of sound settings has settled many times over."""
 
 def load_horizon(model: ProcessModel, pid: PID) -> float:
-    """As `default_horizon`, and until a load has died out."""
+    """As `default_horizon`, and until a load has died out, at most 50 times as long."""
 
 # --- findings and fits -------------------------------------------------------------------------
 

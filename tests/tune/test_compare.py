@@ -95,8 +95,20 @@ def test_where_no_rule_serves_the_refusal_is_raised():
     with pytest.raises(pt.NotIdentifiable) as refusal:
         pt.tune.compare(pt.models.ProcessModel(K=2.0, T=5.0, L=0.0))
     assert refusal.value.code == "M12"
-    with pytest.raises(pt.UsageError):
-        pt.tune.compare(OP1, [])
+
+
+@pytest.mark.parametrize("rules", [[], ["simc"], [pt.tune.simc(OP1)]])
+def test_what_is_no_rule_is_refused(rules):
+    with pytest.raises(pt.UsageError, match="rules"):
+        pt.tune.compare(OP1, rules)
+
+
+def test_a_plant_much_slower_than_its_delay_is_served():
+    """The nodes follow the delay, the recovery the time constant: a thousand times longer."""
+    slow = pt.models.ProcessModel(K=0.5, T=1000.0, L=1.0)
+    rows = pt.tune.compare(slow, [partial(pt.tune.imc_pi, tau_c=1.0), pt.tune.simc]).rows
+    imc, simc = (row.load.indices.iae for row in rows)
+    assert imc > 100 * simc  # Ti is 1000 s and 8 s, the gain the same; 5 % of imc is cut off
 
 
 def test_a_fit_brings_bands_and_its_source():

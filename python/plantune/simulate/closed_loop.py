@@ -126,7 +126,7 @@ def load_step(model: ProcessModel, pid: PID, t_end: float | None = None) -> Resp
     pid : PID
         Continuous, or sampled with its own `Ts`.
     t_end : float, optional
-        Seconds; by default until the load has died out.
+        Seconds; by default until the load has died out, within reason.
 
     Returns
     -------

@@ -154,15 +154,14 @@ def compare(
     """
     rules = DEFAULT_RULES if rules is None else rules
     if not rules:
-        raise refusal("U01", "`rules` is empty", remedy="rules=[simc, imc_pi_of_mine]")
+        raise refusal(
+            "U01", "`rules` is empty", remedy="leave it out, or rules=[simc, ziegler_nichols]"
+        )
     tunings: list[Tuning] = []
     refused: list[NotIdentifiable] = []
     for rule in rules:
         try:
-            if isinstance(rule, PID):
-                tunings.append(as_given(rule, model, delay_at_least, limits))
-            else:
-                tunings.append(rule(model, delay_at_least=delay_at_least, limits=limits))
+            tunings.append(_tuned(rule, model, delay_at_least, limits))
         except NotIdentifiable as error:
             refused.append(error)
     if not tunings:
@@ -186,6 +185,20 @@ def compare(
         ),
         source=tunings[0].source,
     )
+
+
+def _tuned(
+    rule: Rule | PID, model: ProcessModel | Fit, delay_at_least: float, limits: Limits | None
+) -> Tuning:
+    if isinstance(rule, PID):
+        return as_given(rule, model, delay_at_least, limits)
+    if not callable(rule):
+        raise refusal(
+            "U01",
+            f"`rules` holds a {type(rule).__name__}, must hold rules or PIDs",
+            remedy="rules=[simc, ziegler_nichols]",
+        )
+    return rule(model, delay_at_least=delay_at_least, limits=limits)
 
 
 # As tables 3.6-4 and 3.6-5 of source 001, the settings beside the margins they give.

@@ -118,9 +118,12 @@ pub fn default_horizon(model: &ProcessModel, pid: &Pid) -> f64 {
 }
 
 /// As [`default_horizon`], and until a load has died out: it decays no faster than the integral time.
+///
+/// The fast part of a loop decides how close the nodes lie, so a very slow recovery is cut short.
 pub fn load_horizon(model: &ProcessModel, pid: &Pid) -> f64 {
-    let recovery = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
-    default_horizon(model, pid).max(recovery)
+    let settled = default_horizon(model, pid);
+    let recovered = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
+    recovered.max(settled).min(50.0 * settled)
 }
 
 fn check(pid: &Pid, settings: &ClosedLoopSettings) -> Result<()> {
