@@ -113,10 +113,10 @@ fn closed_loop<'py>(
 
 #[pyfunction]
 fn default_horizon(model: ModelIn, pid: PidIn) -> Outcome<f64> {
-    Ok(sim::default_horizon(&plant(model)?, &pid.into()))
+    Ok(sim::default_horizon(&plant(model)?, &pid.into())?)
 }
 
 #[pyfunction]
 fn load_horizon(model: ModelIn, pid: PidIn) -> Outcome<f64> {
-    Ok(sim::load_horizon(&plant(model)?, &pid.into()))
+    Ok(sim::load_horizon(&plant(model)?, &pid.into())?)
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -149,8 +150,10 @@ def load_step(model: ProcessModel, pid: PID, t_end: float | None = None) -> Resp
 
 def _grid(pid: PID, t_end: float) -> tuple[int, float]:
     """Return the number of steps and their length in seconds."""
-    if not t_end > 0:
-        raise refusal("U01", f"`t_end` is {t_end}, must be positive", remedy="t_end=10.0")
+    if not 0 < t_end < inf:
+        raise refusal(
+            "U01", f"`t_end` is {t_end}, must be positive and finite", remedy="t_end=10.0"
+        )
     dt = pid.Ts or t_end / 1000
     return max(1, round(t_end / dt)), dt
 
