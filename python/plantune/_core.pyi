@@ -50,6 +50,9 @@ def resample(
 ) -> tuple[Floats, list[Floats], list[int], NDArray[np.int64]]:
     """Return times, columns, starts and original rows on the grid of step `Ts`."""
 
+def has_no_level(rec: Record, limits: Limits) -> bool:
+    """Whether no column has a level left: the record's own means were removed."""
+
 def remove_means(x: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, list[float]]:
     """`x` (N, n) without the mean of each column over the rows that count, and these means."""
 

@@ -61,7 +61,7 @@ def compare(
     *fits: Fit | PolyModel | ProcessModel,
     names: Sequence[str] | None = None,
     x0: str = "estimate",
-    offset: str = "fit",
+    offset: str | None = None,
     limits: Limits | None = None,
 ) -> Comparison:
     """Judge several fits or bare models on one record, best on rows none has seen.
@@ -76,8 +76,8 @@ def compare(
         One per model; by default the methods, numbered where they repeat.
     x0 : "estimate" or "zero"
         Initial state of each segment.
-    offset : "fit" or "estimate"
-        Of each fit its own, or a new one for this record.
+    offset : "fit" or "estimate", optional
+        Of each fit its own, or a new one for this record; by default as in `check`.
     limits : Limits, optional
         Thresholds.
 
@@ -128,7 +128,7 @@ def _judged(
     fit: Fit | PolyModel | ProcessModel,
     name: str,
     x0: str,
-    offset: str,
+    offset: str | None,
     limits: Limits | None,
 ) -> Verdict:
     try:
