@@ -5,11 +5,15 @@ mod detrend;
 mod envelope;
 mod prbs;
 mod resample;
+mod smooth;
 mod sos;
+mod stretches;
 
 pub use butter::{Band, butter, prewarped, prototype};
 pub use detrend::{means, without_levels};
 pub use envelope::envelope;
 pub use prbs::prbs;
 pub use resample::{Resampled, resample, uniform_step};
+pub use smooth::{Smoothed, smooth};
 pub use sos::{Filter, Section, Sos};
+pub use stretches::{Stretches, stretches};
