@@ -4,5 +4,17 @@ from plantune._core import Butterworth
 from plantune.prep.butter import bandpass, highpass, lowpass
 from plantune.prep.detrend import detrend
 from plantune.prep.resample import resample
+from plantune.prep.smooth import smooth
+from plantune.prep.stretches import moving, steady
 
-__all__ = ["Butterworth", "bandpass", "detrend", "highpass", "lowpass", "resample"]
+__all__ = [
+    "Butterworth",
+    "bandpass",
+    "detrend",
+    "highpass",
+    "lowpass",
+    "moving",
+    "resample",
+    "smooth",
+    "steady",
+]
