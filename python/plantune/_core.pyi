@@ -85,9 +85,7 @@ def stretches(
 class Butterworth:
     """A Butterworth filter: its design, and the filter of one signal on its way."""
 
-    def __init__(
-        self, band: str, order: int, w: float | tuple[float, float], Ts: float
-    ) -> None: ...
+    def __init__(self, band: str, order: int, w: float | Sequence[float], Ts: float) -> None: ...
     def step(self, x: float) -> float:
         """Filter the next sample; the first is taken as a level that has always been there."""
 
@@ -115,7 +113,7 @@ class Butterworth:
         """Poles at a cut-off of 1 rad/s."""
 
     @property
-    def prewarped(self) -> float | tuple[float, float]:
+    def prewarped(self) -> float | list[float]:
         """Cut-off in the plane of the bilinear map."""
 
     @property

@@ -65,6 +65,11 @@ def test_run_is_step_in_a_loop(band, w):
     assert halves.tolist() == [one_by_one.step(v) for v in x]
 
 
+def test_a_pair_may_be_a_list():
+    pair, others = (pt.prep.Butterworth("band", 2, w, TS) for w in ((1, 2), np.array([1.0, 2.0])))
+    assert np.array_equal(pair.sos, others.sos)
+
+
 @pytest.mark.parametrize(("band", "w"), BANDS.values(), ids=BANDS)
 def test_a_level_stays_a_level(band, w):
     y = pt.prep.Butterworth(band, 5, w, TS).run(np.full(50, -1e9))
@@ -114,6 +119,10 @@ def test_the_example_of_the_docstring_runs():
         (("low", 5, 1e-4, TS), "U01"),
         (("low", 0, 1.0, TS), "U01"),
         (("low", 21, 1.0, TS), "U01"),
+        (("low", -1, 1.0, TS), "U01"),
+        (("low", 2.5, 1.0, TS), "U01"),
+        (("low", 5, "fast", TS), "U01"),
+        (("band", 5, (1.0, 2.0, 3.0), TS), "U01"),
         (("low", 5, 1.0, 0.0), "U01"),
         (("low", 5, (1.0, 2.0), TS), "U01"),
         (("band", 5, 1.0, TS), "U01"),

@@ -250,7 +250,7 @@ fn stretches(
 /// Cut-offs as they are given: one, or a pair.
 #[derive(Clone, Copy, FromPyObject, IntoPyObject)]
 enum Cutoff {
-    Pair(f64, f64),
+    Pair([f64; 2]),
     One(f64),
 }
 
@@ -311,11 +311,14 @@ pub struct Butterworth {
 #[pymethods]
 impl Butterworth {
     #[new]
-    fn new(band: String, order: usize, w: Cutoff, Ts: f64) -> Outcome<Self> {
+    fn new(band: String, order: &Bound<'_, PyAny>, w: &Bound<'_, PyAny>, Ts: f64) -> Outcome<Self> {
+        let needed = "a whole number from 1 to 20";
+        let order = order.extract().map_err(|_| Error::argument("order", order, needed))?;
+        let w = w.extract().map_err(|_| Error::argument("w", w, "a number of rad/s, or a pair"))?;
         let design = match (band.as_str(), w) {
             ("low", Cutoff::One(w)) => Band::Low(w),
             ("high", Cutoff::One(w)) => Band::High(w),
-            ("band", Cutoff::Pair(low, high)) => Band::Pass(low, high),
+            ("band", Cutoff::Pair([low, high])) => Band::Pass(low, high),
             ("low" | "high", _) => return Err(Error::argument("w", "a pair", "one number of rad/s").into()),
             ("band", _) => return Err(Error::argument("w", "one number", "a pair of rad/s").into()),
             _ => return Err(Error::argument("band", &band, "\"low\", \"high\" or \"band\"").into()),
@@ -368,7 +371,7 @@ impl Butterworth {
     fn prewarped(&self) -> Cutoff {
         match self.w {
             Cutoff::One(w) => Cutoff::One(signal::prewarped(w, self.Ts)),
-            Cutoff::Pair(a, b) => Cutoff::Pair(signal::prewarped(a, self.Ts), signal::prewarped(b, self.Ts)),
+            Cutoff::Pair(pair) => Cutoff::Pair(pair.map(|w| signal::prewarped(w, self.Ts))),
         }
     }
 
@@ -398,7 +401,7 @@ impl Butterworth {
     fn __repr__(&self) -> String {
         let w = match self.w {
             Cutoff::One(w) => format!("{w}"),
-            Cutoff::Pair(a, b) => format!("({a}, {b})"),
+            Cutoff::Pair([a, b]) => format!("({a}, {b})"),
         };
         format!("Butterworth({:?}, order={}, w={w}, Ts={})", self.band, self.order, self.Ts)
     }

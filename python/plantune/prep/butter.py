@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 from plantune import _core
 from plantune._core import Butterworth
@@ -153,14 +154,12 @@ def bandpass(
     return _filtered(rec, "band", order, w, limits)
 
 
-def _filtered(
-    rec: Record, band: str, order: int, w: float | tuple[float, float], limits: Limits | None
-) -> Record:
+def _filtered(rec: Record, band: str, order: int, w: Any, limits: Limits | None) -> Record:
     limits = limits or rec.limits or DEFAULT_LIMITS
     design = Butterworth(band, order, w, rec.Ts)
     out = _core.prefilter(rec, rec.r, design, limits)
     marks, doubts = out["marks"], notes_from_core(out["marks"]["notes"])
-    cutoff = f"{w:g}" if isinstance(w, (int, float)) else "{:g} to {:g}".format(*w)
+    cutoff = "{:g} to {:g}".format(*w) if band == "band" else f"{w:g}"
     said = (
         f"{band}-pass Butterworth of order {order}, {cutoff} rad/s, on "
         f"{'u and y' if rec.r is None else 'u, y and r'}: {marks['count']} outputs marked, "
