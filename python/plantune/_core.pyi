@@ -46,15 +46,86 @@ def uniform_step(t: Floats, limits: Limits) -> float:
     """Sample time of ascending stamps; refuses steps that differ (D15)."""
 
 def resample(
-    t: Floats, columns: Sequence[Sequence[float]], held: Sequence[bool], Ts: float
-) -> tuple[Floats, list[Floats], list[int], NDArray[np.int64]]:
-    """Return times, columns, starts and original rows on the grid of step `Ts`."""
+    t: Floats, x: Floats, held: Sequence[bool], Ts: float
+) -> tuple[Floats, Floats, list[int], NDArray[np.int64]]:
+    """Return times, columns (n, m), starts and original rows of `x` (N, m) on the grid of `Ts`."""
+
+def decimate(
+    rec: Record, further: Floats, held: Sequence[bool], Ts: float, limits: Limits
+) -> Fields:
+    """`u y further valid starts rows`, seconds `after` each row, `left_out` segments, `marks`.
+
+    `marks` holds the `count` of outputs that no longer count, what is `left` of an unknown start
+    of unit size, and `notes`; so for `prefilter`.
+    """
 
 def has_no_level(rec: Record, limits: Limits) -> bool:
     """Whether no column has a level left: the record's own means were removed."""
 
 def remove_means(x: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, list[float]]:
     """`x` (N, n) without the mean of each column over the rows that count, and these means."""
+
+def without_levels(x: Floats, levels: Sequence[float]) -> Floats:
+    """`x` (N, n) less one level per column."""
+
+def smooth(rec: Record, r: Floats | None, both: bool, limits: Limits) -> Fields:
+    """`u y r valid` smoothed over three rows, y alone unless `both`, and the ranges `rows` left."""
+
+def prefilter(rec: Record, r: Floats | None, design: Butterworth, limits: Limits) -> Fields:
+    """`u y r valid marks` behind the filter."""
+
+def stretches(
+    rec: Record,
+    r: Floats | None,
+    T_max: float,
+    L_max: float,
+    tolerance: float,
+    steady: bool,
+    limits: Limits,
+) -> Fields:
+    """Ranges `kept`, those `dropped` and their `dropped_rows`, and the rows `needed`."""
+
+class Butterworth:
+    """A Butterworth filter: its design, and the filter of one signal on its way."""
+
+    def __init__(self, band: str, order: int, w: float | Sequence[float], Ts: float) -> None: ...
+    def step(self, x: float) -> float:
+        """Filter the next sample; the first is taken as a level that has always been there."""
+
+    def run(self, x: Sequence[float] | Floats) -> Floats:
+        """Filter samples (N,): `step` in a loop, to the last bit."""
+
+    def freqresp(self, w: Sequence[float] | Floats) -> Complexes:
+        """Frequency response at `w` (N,)."""
+
+    def step_response(self, n: int) -> Floats:
+        """Response to a unit step at row 0, `n` rows."""
+
+    def forgets(self, share: float) -> int:
+        """Rows until what was before row 0 is forgotten to this share.
+
+        That is until `sum over j > k of |h(j)|` is no more than it.
+        """
+
+    @property
+    def sos(self) -> Floats:
+        """`b0 b1 b2 1 a1 a2` of each section."""
+
+    @property
+    def prototype(self) -> Complexes:
+        """Poles at a cut-off of 1 rad/s."""
+
+    @property
+    def prewarped(self) -> float | list[float]:
+        """Cut-off in the plane of the bilinear map."""
+
+    @property
+    def poles(self) -> Complexes:
+        """In z."""
+
+    @property
+    def settling(self) -> float:
+        """Seconds until the step response stays within 2 % of its own peak from its end."""
 
 # --- models ------------------------------------------------------------------------------------
 

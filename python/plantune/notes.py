@@ -117,6 +117,8 @@ class Limits:
     """Least relative loss difference between the best two delays."""
     X08: float = _DEFAULT["X08"]
     """Least ratio of singular values of a record's regressor."""
+    F02: float = _DEFAULT["F02"]
+    """Most that a filter may remember of an unknown start, as a share of what it changed."""
     V01: float = _DEFAULT["V01"]
     """Least simulation fit, in percent, for a verdict to pass."""
     V03: float = _DEFAULT["V03"]

@@ -23,6 +23,8 @@ pub struct Limits {
     pub X06: f64,
     /// Least ratio of singular values of the column-scaled regressor of a record.
     pub X08: f64,
+    /// Most that a filter may remember of an unknown start, as a share of what it changed.
+    pub F02: f64,
     /// Least simulation fit on fresh data, in percent, for a verdict to pass.
     pub V01: f64,
     /// Fit in percent by which a polynomial model may simulate fresh data better than a process model.
@@ -50,6 +52,7 @@ impl Default for Limits {
             X05: 1.0 / 3.0,
             X06: 0.01,
             X08: 1e-10,
+            F02: 0.02,
             V01: 50.0,
             V03: 5.0,
             V04: 1.0,
@@ -62,7 +65,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 16] {
+    pub fn items(&self) -> [(&'static str, f64); 17] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -74,6 +77,7 @@ impl Limits {
             ("X05", self.X05),
             ("X06", self.X06),
             ("X08", self.X08),
+            ("F02", self.F02),
             ("V01", self.V01),
             ("V03", self.V03),
             ("V04", self.V04),

@@ -1,19 +1,42 @@
 //! Signals.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::signal;
+use std::ops::Range;
+
+use numpy::{
+    AllowTypeChange, Complex64, PyArray1, PyArray2, PyArrayLike1, PyReadonlyArray1, PyReadonlyArray2,
+    PyUntypedArrayMethods,
+};
+use plantune_core::signal::{self, Band, Filter, Marks, Sos};
+use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::values::{Array, LimitsIn, RecordIn, array};
+use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, matrix, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(prbs, m)?)?;
     m.add_function(wrap_pyfunction!(envelope, m)?)?;
     m.add_function(wrap_pyfunction!(uniform_step, m)?)?;
     m.add_function(wrap_pyfunction!(resample, m)?)?;
+    m.add_function(wrap_pyfunction!(decimate, m)?)?;
     m.add_function(wrap_pyfunction!(has_no_level, m)?)?;
-    m.add_function(wrap_pyfunction!(remove_means, m)?)
+    m.add_function(wrap_pyfunction!(remove_means, m)?)?;
+    m.add_function(wrap_pyfunction!(without_levels, m)?)?;
+    m.add_function(wrap_pyfunction!(smooth, m)?)?;
+    m.add_function(wrap_pyfunction!(prefilter, m)?)?;
+    m.add_function(wrap_pyfunction!(stretches, m)?)?;
+    m.add_class::<Butterworth>()
+}
+
+/// Anything that holds numbers `(N,)`.
+type Numbers<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
+
+/// An array `(N, width)`.
+type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
+
+/// The numbers of an optional array.
+fn optional<'a>(x: &'a Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<&'a [f64]>> {
+    Ok(x.as_ref().map(|x| x.as_slice()).transpose()?)
 }
 
 #[pyfunction]
@@ -40,19 +63,73 @@ fn uniform_step(t: PyReadonlyArray1<'_, f64>, limits: LimitsIn) -> Outcome<f64> 
 }
 
 /// Columns, starts and original rows on the new grid.
-type ResampledOut<'py> = (Array<'py>, Vec<Array<'py>>, Vec<usize>, Bound<'py, PyArray1<i64>>);
+type ResampledOut<'py> = (Array<'py>, Matrix<'py>, Vec<usize>, Bound<'py, PyArray1<i64>>);
 
 #[pyfunction]
 fn resample<'py>(
     py: Python<'py>,
     t: PyReadonlyArray1<'py, f64>,
-    columns: Vec<Vec<f64>>,
+    x: PyReadonlyArray2<'py, f64>,
     held: Vec<bool>,
     Ts: f64,
 ) -> Outcome<ResampledOut<'py>> {
-    let out = signal::resample(t.as_slice().map_err(PyErr::from)?, &columns, &held, Ts)?;
-    let columns = out.columns.into_iter().map(|c| array(py, c)).collect();
-    Ok((array(py, out.t), columns, out.starts, PyArray1::from_vec(py, out.rows)))
+    let (t, x) = (t.as_slice().map_err(PyErr::from)?, x.as_slice().map_err(PyErr::from)?);
+    let out = signal::resample(t, x, &held, Ts)?;
+    let x = matrix(py, out.x, held.len())?;
+    Ok((array(py, out.t), x, out.starts, PyArray1::from_vec(py, out.rows)))
+}
+
+/// What a filter remembers.
+#[derive(IntoPyObject)]
+struct MarksOut {
+    count: usize,
+    left: f64,
+    notes: Vec<NoteOut>,
+}
+
+impl From<&Marks> for MarksOut {
+    fn from(marks: &Marks) -> Self {
+        MarksOut { count: marks.count, left: marks.left, notes: notes(&marks.notes) }
+    }
+}
+
+#[derive(IntoPyObject)]
+struct DecimatedOut<'py> {
+    u: Matrix<'py>,
+    y: Matrix<'py>,
+    further: Matrix<'py>,
+    valid: Matrix<'py, bool>,
+    starts: Vec<usize>,
+    rows: Bound<'py, PyArray1<usize>>,
+    after: Array<'py>,
+    left_out: usize,
+    marks: MarksOut,
+}
+
+#[pyfunction]
+fn decimate<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    further: PyReadonlyArray2<'py, f64>,
+    held: Vec<bool>,
+    Ts: f64,
+    limits: LimitsIn,
+) -> Outcome<DecimatedOut<'py>> {
+    let limits: Limits = limits.into();
+    let rec = rec.view(&limits)?;
+    let further = further.as_slice().map_err(PyErr::from)?;
+    let out = py.detach(|| signal::decimate(&rec, further, &held, Ts, &limits))?;
+    Ok(DecimatedOut {
+        u: matrix(py, out.u, rec.nu)?,
+        y: matrix(py, out.y, rec.ny)?,
+        further: matrix(py, out.further, held.len())?,
+        valid: matrix(py, out.valid, rec.ny)?,
+        starts: out.starts,
+        rows: PyArray1::from_vec(py, out.rows),
+        after: array(py, out.after),
+        left_out: out.left_out,
+        marks: MarksOut::from(&out.marks),
+    })
 }
 
 /// Whether no column of a record has a level left.
@@ -67,10 +144,272 @@ fn remove_means<'py>(
     py: Python<'py>,
     x: PyReadonlyArray2<'py, f64>,
     valid: PyReadonlyArray2<'py, bool>,
-) -> Outcome<(Bound<'py, PyArray2<f64>>, Vec<f64>)> {
-    let (rows, width) = (x.shape()[0], x.shape()[1]);
+) -> Outcome<(Matrix<'py>, Vec<f64>)> {
+    let width = x.shape()[1];
     let (x, valid) = (x.as_slice().map_err(PyErr::from)?, valid.as_slice().map_err(PyErr::from)?);
     let means = signal::means(x, width, |k, i| valid[k * width + i]);
-    let without = PyArray1::from_vec(py, signal::without_levels(x, &means));
-    Ok((without.reshape([rows, width]).map_err(crate::error::Raise::from)?, means))
+    Ok((matrix(py, signal::without_levels(x, &means), width)?, means))
+}
+
+/// `x` without a level per column.
+#[pyfunction]
+fn without_levels<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray2<'py, f64>,
+    levels: Vec<f64>,
+) -> Outcome<Matrix<'py>> {
+    let x = x.as_slice().map_err(PyErr::from)?;
+    Ok(matrix(py, signal::without_levels(x, &levels), levels.len())?)
+}
+
+/// A range of rows as Python's slices have it.
+fn bounds(ranges: Vec<Range<usize>>) -> Vec<(usize, usize)> {
+    ranges.into_iter().map(|r| (r.start, r.end)).collect()
+}
+
+#[derive(IntoPyObject)]
+struct SmoothedOut<'py> {
+    u: Matrix<'py>,
+    y: Matrix<'py>,
+    r: Option<Matrix<'py>>,
+    valid: Matrix<'py, bool>,
+    rows: Vec<(usize, usize)>,
+}
+
+#[pyfunction]
+fn smooth<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    r: Option<PyReadonlyArray2<'py, f64>>,
+    both: bool,
+    limits: LimitsIn,
+) -> Outcome<SmoothedOut<'py>> {
+    let rec = rec.view(&limits.into())?;
+    let out = signal::smooth(&rec, optional(&r)?, both)?;
+    Ok(SmoothedOut {
+        u: matrix(py, out.u, rec.nu)?,
+        y: matrix(py, out.y, rec.ny)?,
+        r: out.r.map(|r| matrix(py, r, rec.ny)).transpose()?,
+        valid: matrix(py, out.valid, rec.ny)?,
+        rows: bounds(out.rows),
+    })
+}
+
+#[derive(IntoPyObject)]
+struct FilteredOut<'py> {
+    u: Matrix<'py>,
+    y: Matrix<'py>,
+    r: Option<Matrix<'py>>,
+    valid: Matrix<'py, bool>,
+    marks: MarksOut,
+}
+
+#[pyfunction]
+fn prefilter<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    r: Option<PyReadonlyArray2<'py, f64>>,
+    design: PyRef<'py, Butterworth>,
+    limits: LimitsIn,
+) -> Outcome<FilteredOut<'py>> {
+    let limits: Limits = limits.into();
+    let rec = rec.view(&limits)?;
+    let (r, sos) = (optional(&r)?, &design.sos);
+    let out = py.detach(|| signal::prefilter(&rec, r, sos, &limits))?;
+    Ok(FilteredOut {
+        u: matrix(py, out.u, rec.nu)?,
+        y: matrix(py, out.y, rec.ny)?,
+        r: out.r.map(|r| matrix(py, r, rec.ny)).transpose()?,
+        marks: MarksOut::from(&out.marks),
+        valid: matrix(py, out.marks.valid, rec.ny)?,
+    })
+}
+
+#[derive(IntoPyObject)]
+struct StretchesOut {
+    kept: Vec<(usize, usize)>,
+    dropped: usize,
+    dropped_rows: usize,
+    needed: usize,
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one per field of the question
+fn stretches(
+    rec: RecordIn<'_>,
+    r: Option<PyReadonlyArray2<'_, f64>>,
+    T_max: f64,
+    L_max: f64,
+    tolerance: f64,
+    steady: bool,
+    limits: LimitsIn,
+) -> Outcome<StretchesOut> {
+    let rec = rec.view(&limits.into())?;
+    let out = signal::stretches(&rec, optional(&r)?, T_max, L_max, tolerance, steady)?;
+    Ok(StretchesOut {
+        kept: bounds(out.kept),
+        dropped: out.dropped,
+        dropped_rows: out.dropped_rows,
+        needed: out.needed,
+    })
+}
+
+/// Cut-offs as they are given: one, or a pair.
+#[derive(Clone, Copy, FromPyObject, IntoPyObject)]
+enum Cutoff {
+    Pair([f64; 2]),
+    One(f64),
+}
+
+/// A Butterworth filter: its design, and the filter of one signal on its way.
+///
+/// Poles `e^(j pi (2k + n - 1) / (2n))`, pre-warped cut-off `2 tan(w Ts / 2)`, bilinear map, in
+/// second-order sections.  Source 001, (3.5-20), (3.5-28), (3.5-31), (3.7-6).
+///
+/// Parameters
+/// ----------
+/// band : "low", "high" or "band"
+///     What passes.
+/// order : int
+///     Of the prototype, 1 to 20; a band-pass has twice as many poles.
+/// w : float, or a pair for "band"
+///     Cut-off, rad/s: the gain there is 0.7071.
+/// Ts : float
+///     Sample time, seconds.
+///
+/// Attributes
+/// ----------
+/// sos : array (sections, 6)
+///     `b0 b1 b2 1 a1 a2` of each section.
+/// prototype : array (order,) of complex
+///     Poles at a cut-off of 1 rad/s.
+/// prewarped : float or pair
+///     Cut-off in the plane of the bilinear map.
+/// poles : array of complex
+///     In z.
+/// settling : float
+///     Seconds until the step response stays within 2 % of its own peak from its end, interpolated.
+///
+/// Raises
+/// ------
+/// NotIdentifiable
+///     A cut-off at or above the Nyquist frequency (M10).
+/// UsageError
+///     An argument out of its range (U01).
+///
+/// Examples
+/// --------
+/// >>> import plantune as pt
+/// >>> lowpass = pt.prep.Butterworth("low", order=5, w=20.0, Ts=0.02)
+/// >>> lowpass.step(583.451), lowpass.run([583.451, 583.451]).tolist()
+/// (583.451, [583.451, 583.451])
+/// >>> print(f"{abs(lowpass.freqresp([20.0])[0]):.4f}, {lowpass.prewarped:.4f}")
+/// 0.7071, 0.4054
+#[pyclass(module = "plantune._core")]
+pub struct Butterworth {
+    band: String,
+    order: usize,
+    w: Cutoff,
+    Ts: f64,
+    sos: Sos,
+    filter: Filter,
+}
+
+#[pymethods]
+impl Butterworth {
+    #[new]
+    fn new(band: String, order: &Bound<'_, PyAny>, w: &Bound<'_, PyAny>, Ts: f64) -> Outcome<Self> {
+        let needed = "a whole number from 1 to 20";
+        let order = order.extract().map_err(|_| Error::argument("order", order, needed))?;
+        let w = w.extract().map_err(|_| Error::argument("w", w, "a number of rad/s, or a pair"))?;
+        let design = match (band.as_str(), w) {
+            ("low", Cutoff::One(w)) => Band::Low(w),
+            ("high", Cutoff::One(w)) => Band::High(w),
+            ("band", Cutoff::Pair([low, high])) => Band::Pass(low, high),
+            ("low" | "high", _) => return Err(Error::argument("w", "a pair", "one number of rad/s").into()),
+            ("band", _) => return Err(Error::argument("w", "one number", "a pair of rad/s").into()),
+            _ => return Err(Error::argument("band", &band, "\"low\", \"high\" or \"band\"").into()),
+        };
+        let sos = signal::butter(order, design, Ts)?;
+        let filter = Filter::new(&sos);
+        Ok(Butterworth { band, order, w, Ts, sos, filter })
+    }
+
+    /// Filter the next sample; the first one is taken as a level that has always been there.
+    fn step(&mut self, x: f64) -> Outcome<f64> {
+        Ok(self.filter.step(x)?)
+    }
+
+    /// Filter samples (N,) one after the other: `step` in a loop, to the last bit.
+    fn run<'py>(&mut self, py: Python<'py>, x: Numbers<'py>) -> Outcome<Array<'py>> {
+        let mut x = x.as_array().to_vec();
+        self.filter.run(&mut x)?;
+        Ok(array(py, x))
+    }
+
+    /// Frequency response at `w` (N,), rad/s.
+    fn freqresp<'py>(&self, py: Python<'py>, w: Numbers<'py>) -> Bound<'py, PyArray1<Complex64>> {
+        PyArray1::from_vec(py, w.as_array().iter().map(|w| self.sos.at(w * self.Ts)).collect())
+    }
+
+    /// Response to a unit step at row 0, `n` rows.
+    fn step_response<'py>(&self, py: Python<'py>, n: usize) -> Outcome<Array<'py>> {
+        Ok(array(py, self.sos.step_response(n)?))
+    }
+
+    /// Rows until what was before row 0 is forgotten to this share: until `sum over j > k of |h(j)|`
+    /// is no more than it.
+    fn forgets(&self, share: f64) -> usize {
+        self.sos.forgets(share)
+    }
+
+    #[getter]
+    fn sos<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
+        let rows = self.sos.sections.iter().flat_map(|s| [s.b[0], s.b[1], s.b[2], 1.0, s.a[0], s.a[1]]);
+        matrix(py, rows.collect(), 6)
+    }
+
+    #[getter]
+    fn prototype<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex64>> {
+        PyArray1::from_vec(py, signal::prototype(self.order))
+    }
+
+    #[getter]
+    fn prewarped(&self) -> Cutoff {
+        match self.w {
+            Cutoff::One(w) => Cutoff::One(signal::prewarped(w, self.Ts)),
+            Cutoff::Pair(pair) => Cutoff::Pair(pair.map(|w| signal::prewarped(w, self.Ts))),
+        }
+    }
+
+    #[getter]
+    fn poles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex64>> {
+        PyArray1::from_vec(py, self.sos.poles())
+    }
+
+    #[getter]
+    fn settling(&self) -> Outcome<f64> {
+        Ok(self.sos.settling(0.02)? * self.Ts)
+    }
+
+    fn __getnewargs__(&self) -> (String, usize, Cutoff, f64) {
+        (self.band.clone(), self.order, self.w, self.Ts)
+    }
+
+    fn __getstate__(&self) -> (Option<f64>, Vec<[f64; 2]>) {
+        let (level, state) = self.filter.state();
+        (level, state.to_vec())
+    }
+
+    fn __setstate__(&mut self, state: (Option<f64>, Vec<[f64; 2]>)) -> Outcome<()> {
+        Ok(self.filter.resume(state.0, state.1)?)
+    }
+
+    fn __repr__(&self) -> String {
+        let w = match self.w {
+            Cutoff::One(w) => format!("{w}"),
+            Cutoff::Pair([a, b]) => format!("({a}, {b})"),
+        };
+        format!("Butterworth({:?}, order={}, w={w}, Ts={})", self.band, self.order, self.Ts)
+    }
 }

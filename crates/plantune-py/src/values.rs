@@ -1,6 +1,6 @@
 //! Records, limits, models and notes across the border.
 
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::record::fingerprint;
 use plantune_core::{Limits, Note, Record};
 use pyo3::prelude::*;
@@ -62,6 +62,7 @@ pub struct LimitsIn {
     X05: f64,
     X06: f64,
     X08: f64,
+    F02: f64,
     V01: f64,
     V03: f64,
     V04: f64,
@@ -83,6 +84,7 @@ impl From<LimitsIn> for Limits {
             X05: l.X05,
             X06: l.X06,
             X08: l.X08,
+            F02: l.F02,
             V01: l.V01,
             V03: l.V03,
             V04: l.V04,
@@ -130,6 +132,16 @@ pub type Array<'py> = Bound<'py, PyArray1<f64>>;
 
 pub fn array<'py>(py: Python<'py>, x: Vec<f64>) -> Array<'py> {
     PyArray1::from_vec(py, x)
+}
+
+/// Row-major numbers as an array `(N, width)`.
+pub fn matrix<T: numpy::Element>(
+    py: Python<'_>,
+    x: Vec<T>,
+    width: usize,
+) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let rows = x.len() / width.max(1);
+    PyArray1::from_vec(py, x).reshape([rows, width])
 }
 
 /// Checks a record and returns the fingerprint of its numbers.

@@ -258,8 +258,8 @@ def _on_grid(draft: Draft, chosen: Chosen, choice: Choice, Ts: float) -> Draft:
     held = [*[True] * len(chosen.u), *[False] * len(chosen.y)]
     held += [*[True] * len(chosen.r), *[False] * len(chosen.aux)]
     try:
-        t, columns, starts, rows = _core.resample(
-            np.ascontiguousarray(draft.t), draft.x.T.tolist(), held, Ts
+        t, x, starts, rows = _core.resample(
+            np.ascontiguousarray(draft.t), np.ascontiguousarray(draft.x), held, Ts
         )
     except DataError as error:
         raise _at_file_line(error, draft) from None
@@ -270,7 +270,7 @@ def _on_grid(draft: Draft, chosen: Chosen, choice: Choice, Ts: float) -> Draft:
     )
     return replace(
         draft,
-        x=np.stack(columns, axis=1),
+        x=x,
         t=t,
         rows=np.rint((t - t[0]) / Ts).astype(np.int64),
         lines=draft.lines[rows],

@@ -44,5 +44,5 @@ def detrend(rec: Record) -> Record:
     y, y_means = _core.remove_means(rec.y, rec.valid)
     levels = zip((*rec.u_names, *rec.y_names), (*u_means, *y_means), strict=True)
     said = "removed means: " + ", ".join(f"{name} {mean:.6g}" for name, mean in levels)
-    r = None if rec.r is None else rec.r - np.array(y_means)
+    r = None if rec.r is None else _core.without_levels(rec.r, y_means)
     return replace(rec, u=u, y=y, r=r, log=(*rec.log, said))

@@ -68,17 +68,17 @@ fn check_ascending(t: &[f64]) -> Result<()> {
 pub struct Resampled {
     /// Grid, s.
     pub t: Vec<f64>,
-    /// One vector per column asked for.
-    pub columns: Vec<Vec<f64>>,
+    /// Columns, row-major.
+    pub x: Vec<f64>,
     /// First rows of contiguous stretches: a gap longer than three steps is not bridged.
     pub starts: Vec<usize>,
     /// For each row the original row at or before it.
     pub rows: Vec<i64>,
 }
 
-/// Brings columns to the step `Ts`: `held[i]` columns keep their last value (inputs), others are
-/// interpolated.
-pub fn resample(t: &[f64], columns: &[Vec<f64>], held: &[bool], Ts: f64) -> Result<Resampled> {
+/// Brings the row-major `x (N, held.len())` to the step `Ts`: `held` columns keep their last value
+/// (inputs), others are interpolated.
+pub fn resample(t: &[f64], x: &[f64], held: &[bool], Ts: f64) -> Result<Resampled> {
     check_ascending(t)?;
     if !(Ts > 0.0 && Ts.is_finite()) {
         return Err(Error::argument("resample", Ts, "a positive number of seconds"));
@@ -93,19 +93,18 @@ pub fn resample(t: &[f64], columns: &[Vec<f64>], held: &[bool], Ts: f64) -> Resu
         return Err(Error::new("M10", text)
             .at(Place::column("resample"))
             .measured(Ts / own, DECIMATION)
-            .remedy(format!("resample to the record's own step: resample={}", rounded(own))));
+            .remedy(format!(
+                "resample to the record's own step, {} s, then to {Ts} s by prep.resample, which filters",
+                rounded(own)
+            )));
     }
     let wanted = (t[t.len() - 1] - t[0]) / Ts;
     if wanted > 1e8 {
         return Err(Error::argument("resample", Ts, "long enough to give fewer than 1e8 rows"));
     }
     let gap = 3.0 * Ts.max(own);
-    let mut out = Resampled {
-        t: Vec::new(),
-        columns: vec![Vec::new(); columns.len()],
-        starts: Vec::new(),
-        rows: Vec::new(),
-    };
+    let mut out = Resampled { t: Vec::new(), x: Vec::new(), starts: Vec::new(), rows: Vec::new() };
+    let row = |k: usize| &x[k * held.len()..(k + 1) * held.len()];
     let (mut k, mut contiguous) = (0, false);
     for i in 0..=(wanted * (1.0 + 1e-12)).floor() as usize {
         let now = t[0] + i as f64 * Ts;
@@ -123,10 +122,10 @@ pub fn resample(t: &[f64], columns: &[Vec<f64>], held: &[bool], Ts: f64) -> Resu
         }
         out.t.push(now);
         out.rows.push(k as i64);
-        for ((into, from), held) in out.columns.iter_mut().zip(columns).zip(held) {
-            let share = if *held || k + 1 == t.len() { 0.0 } else { (now - t[k]) / (t[k + 1] - t[k]) };
-            into.push(from[k] + share.max(0.0) * (from[(k + 1).min(t.len() - 1)] - from[k]));
-        }
+        let next = (k + 1).min(t.len() - 1);
+        let share = if next == k { 0.0 } else { ((now - t[k]) / (t[next] - t[k])).max(0.0) };
+        let between = row(k).iter().zip(row(next)).zip(held);
+        out.x.extend(between.map(|((a, b), held)| if *held { *a } else { a + share * (b - a) }));
     }
     Ok(out)
 }
@@ -139,8 +138,8 @@ mod tests {
     fn a_line_is_resampled_exactly_and_a_gap_cuts() {
         let t = [0.0, 1.02, 1.98, 3.0, 20.0, 21.0, 22.0];
         let y: Vec<f64> = t.iter().map(|t| 2.0 * t).collect();
-        let out = resample(&t, &[y], &[false], 1.0).expect("resampled");
+        let out = resample(&t, &y, &[false], 1.0).expect("resampled");
         assert_eq!(out.starts, vec![0, 4]);
-        assert!(out.t.iter().zip(&out.columns[0]).all(|(t, y)| (y - 2.0 * t).abs() < 1e-12));
+        assert!(out.t.iter().zip(&out.x).all(|(t, y)| (y - 2.0 * t).abs() < 1e-12));
     }
 }
