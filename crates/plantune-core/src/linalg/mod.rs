@@ -5,6 +5,7 @@ mod eigen;
 mod kernel;
 mod levenberg;
 mod qr;
+mod recursion;
 mod reflect;
 mod segmented;
 mod solve;
@@ -16,6 +17,7 @@ pub use eigen::{eigenvalues, symmetric_eigenvalues};
 pub use kernel::{dot, extent, scale_into, sum};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};
 pub use qr::{BLOCK, Block, Triangle};
+pub use recursion::Recursion;
 pub use segmented::Segmented;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve};
 

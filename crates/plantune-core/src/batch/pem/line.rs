@@ -1,6 +1,6 @@
 //! Signals that pass in stretches of rows, with the past that lags and recursions reach.
 
-use crate::linalg::BLOCK;
+use crate::linalg::{BLOCK, Recursion};
 
 /// Up to [`BLOCK`] rows of a signal, and some before them.
 #[derive(Clone)]
@@ -15,9 +15,9 @@ impl Line {
         Line { past, data: vec![0.0; past + BLOCK] }
     }
 
-    /// Forgets everything.
+    /// Forgets the past.
     pub(super) fn clear(&mut self) {
-        self.data.fill(0.0);
+        self.data[..self.past].fill(0.0);
     }
 
     /// The rows at hand.
@@ -30,9 +30,17 @@ impl Line {
         &self.data[self.past - lag..][..len]
     }
 
-    /// Row `k` of the rows at hand; negative before them.
-    pub(super) fn at(&self, k: isize) -> f64 {
-        self.data[self.past.wrapping_add_signed(k)]
+    /// `sign` times the rows at hand of another.
+    fn set(&mut self, other: &Line, sign: f64, len: usize) {
+        self.rows(len).iter_mut().zip(other.late(0, len)).for_each(|(to, x)| *to = sign * x);
+    }
+
+    /// `x = x / p(q)`, of any order.
+    fn divide(&mut self, p: &[f64], len: usize) {
+        for t in self.past..self.past + len {
+            let before: f64 = p[1..].iter().enumerate().map(|(i, c)| c * self.data[t - 1 - i]).sum();
+            self.data[t] -= before;
+        }
     }
 
     /// The rows at hand become past.
@@ -41,60 +49,68 @@ impl Line {
     }
 }
 
-/// `x = x / p(q)` for all lines at once, so that no recursion waits for its own last value.
-pub(super) fn divide(p: &[f64], lines: &mut [Line], len: usize) {
-    for group in lines.chunks_mut(6) {
-        match group {
-            [a] => one_order(p, [a], len),
-            [a, b] => one_order(p, [a, b], len),
-            [a, b, c] => one_order(p, [a, b, c], len),
-            [a, b, c, d] => one_order(p, [a, b, c, d], len),
-            [a, b, c, d, e] => one_order(p, [a, b, c, d, e], len),
-            [a, b, c, d, e, f] => one_order(p, [a, b, c, d, e, f], len),
-            _ => {}
-        }
+/// Lines come in groups of this many, idle ones added, so that few sizes of the recursion are compiled.
+pub(super) const GROUP: usize = 4;
+
+/// `count` lines and the idle ones that fill the last group.
+pub(super) fn lines(count: usize, past: usize) -> Vec<Line> {
+    vec![Line::new(past); count.next_multiple_of(GROUP)]
+}
+
+/// `x = x / p(q)` for all lines, and `twice = sign x / p(q)` for what became of the first.
+pub(super) fn divide(p: &[f64], all: &mut [Line], twice: &mut Line, sign: f64, len: usize) {
+    let first = all.len().min(2 * GROUP);
+    let (head, tail) = all.split_at_mut(first);
+    by_order(p, head, [twice], sign, len);
+    for group in tail.chunks_mut(2 * GROUP) {
+        by_order(p, group, [], sign, len);
     }
 }
 
-fn one_order<const K: usize>(p: &[f64], lines: [&mut Line; K], len: usize) {
+fn by_order<const T: usize>(p: &[f64], group: &mut [Line], twice: [&mut Line; T], sign: f64, len: usize) {
     match *p {
-        [_, c1] => recursion([c1], lines, len),
-        [_, c1, c2] => recursion([c1, c2], lines, len),
-        [_, c1, c2, c3] => recursion([c1, c2, c3], lines, len),
-        [_, c1, c2, c3, c4] => recursion([c1, c2, c3, c4], lines, len),
+        [_] => twice.map(|twice| twice.set(&group[0], sign, len)),
+        [_, c1] => by_size([c1], group, twice, sign, len),
+        [_, c1, c2] => by_size([c1, c2], group, twice, sign, len),
+        [_, c1, c2, c3] => by_size([c1, c2, c3], group, twice, sign, len),
+        [_, c1, c2, c3, c4] => by_size([c1, c2, c3, c4], group, twice, sign, len),
         _ => {
-            for line in lines {
-                for t in line.past..line.past + len {
-                    let past: f64 = p[1..].iter().enumerate().map(|(i, c)| c * line.data[t - 1 - i]).sum();
-                    line.data[t] -= past;
-                }
-            }
+            group.iter_mut().for_each(|line| line.divide(p, len));
+            twice.map(|twice| {
+                twice.set(&group[0], sign, len);
+                twice.divide(p, len);
+            })
         }
-    }
+    };
 }
 
-/// `y(t) = x(t) - c_1 y(t-1) - … - c_P y(t-P)` in place, the last values in registers.
-fn recursion<const P: usize, const K: usize>(c: [f64; P], lines: [&mut Line; K], len: usize) {
-    let mut y = [[0.0; P]; K];
-    for (y, line) in y.iter_mut().zip(&lines) {
-        for (i, y) in y.iter_mut().enumerate() {
-            *y = line.at(-1 - i as isize);
-        }
+fn by_size<const P: usize, const T: usize>(
+    c: [f64; P],
+    group: &mut [Line],
+    twice: [&mut Line; T],
+    sign: f64,
+    len: usize,
+) -> [(); T] {
+    if let Some((lines, _)) = group.split_first_chunk_mut::<{ 2 * GROUP }>() {
+        recursion(c, lines.each_mut(), twice, sign, len);
+    } else if let Some((lines, _)) = group.split_first_chunk_mut::<GROUP>() {
+        recursion(c, lines.each_mut(), twice, sign, len);
     }
-    let mut rows = lines.map(|line| line.rows(len));
-    for t in 0..len {
-        for (y, rows) in y.iter_mut().zip(&mut rows) {
-            let mut now = rows[t];
-            for i in (0..P).rev() {
-                now -= c[i] * y[i]; // the newest last: only this product is waited for
-            }
-            for i in (1..P).rev() {
-                y[i] = y[i - 1];
-            }
-            y[0] = now;
-            rows[t] = now;
-        }
-    }
+    [(); T]
+}
+
+fn recursion<const P: usize, const K: usize, const T: usize>(
+    c: [f64; P],
+    lines: [&mut Line; K],
+    twice: [&mut Line; T],
+    sign: f64,
+    len: usize,
+) {
+    let before = |line: &Line| std::array::from_fn(|i| line.data[line.past - 1 - i]);
+    let past = lines.each_ref().map(|line| before(line));
+    let twice_past = twice.each_ref().map(|line| before(line));
+    let (rows, twice) = (lines.map(|line| line.rows(len)), twice.map(|line| line.rows(len)));
+    Recursion { c, rows, past, twice, twice_past, sign }.run();
 }
 
 /// `out = out + p(q) x`.
@@ -121,15 +137,20 @@ mod tests {
             let p: Vec<f64> = (0..=order).map(|k| 0.6f64.powi(k) * if k == 0 { 1.0 } else { 0.9 }).collect();
             let mut whole = x.clone();
             poly::divide(&p, &mut whole);
-            for count in [1, 2, 5, 6, 8] {
-                let mut lines = vec![Line::new(7); count];
+            for count in [1, 4, 7, 8, 13] {
+                let (mut lines, mut twice) = (lines(count, 7), Line::new(7));
+                let mut both = whole.clone();
+                poly::divide(&p, &mut both);
                 let mut t = 0;
                 for len in [3, 200, 1, 196] {
                     for (k, line) in lines.iter_mut().enumerate() {
                         line.rows(len).copy_from_slice(&x[t..t + len]);
                         line.rows(len).iter_mut().for_each(|v| *v *= k as f64 + 1.0);
                     }
-                    divide(&p, &mut lines, len);
+                    divide(&p, &mut lines, &mut twice, -1.0, len);
+                    let own = twice.late(0, len).iter().zip(&both[t..]);
+                    assert!(own.map(|(a, b)| (a + b).abs()).fold(0.0, f64::max) < 1e-12);
+                    twice.pass(len);
                     for (k, line) in lines.iter_mut().enumerate() {
                         let own = line.late(0, len).iter().zip(&whole[t..]);
                         let gap = own.map(|(a, b)| (a / (k as f64 + 1.0) - b).abs()).fold(0.0, f64::max);

@@ -20,7 +20,7 @@
 use std::ops::Range;
 
 use super::super::orders::Orders;
-use super::line::{Line, add_product, divide};
+use super::line::{Line, add_product, divide, lines};
 use crate::linalg::{Block, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2};
 use crate::model::PolyModel;
 use crate::poly::{is_stable, reflected};
@@ -118,10 +118,10 @@ struct Output {
 struct Noise {
     /// What passes through `D/C`, beside `v`.
     passing: Vec<Signal>,
-    /// `[eps, impulse/C, …]`.
+    /// `[eps, impulse/C, …, -v/C]`.
     first: Vec<Line>,
-    /// `[eps/C, -v/C]`.
-    second: [Line; 2],
+    /// `eps/C`.
+    eps: Line,
 }
 
 impl<'r, 'a> Predictor<'r, 'a> {
@@ -140,12 +140,12 @@ impl<'r, 'a> Predictor<'r, 'a> {
         let most_f = orders.nf.iter().copied().max().unwrap_or(0);
         let past = FURTHER + 1 + [most_f, orders.nc, orders.nd].into_iter().max().unwrap_or(0);
         let line = || Line::new(past);
-        let path = |i: usize| Path { through: vec![line(); 2 + orders.nb[i]], w: line() };
+        let path = |i: usize| Path { through: lines(2 + orders.nb[i], past), w: line() };
         let noise = || {
             let mut passing: Vec<Signal> = columns.iter().map(|c| c.0).collect();
             passing.retain(|s| !matches!(s, Signal::NoiseImpulse | Signal::Eps | Signal::MinusV));
             passing.dedup();
-            Noise { first: vec![line(); 2 + passing.len()], second: [line(), line()], passing }
+            Noise { first: lines(2 + passing.len() + usize::from(orders.nd > 0), past), eps: line(), passing }
         };
         let rows = rec.u.chunks_exact(rec.nu);
         Predictor {
@@ -280,13 +280,11 @@ impl<'r, 'a> Predictor<'r, 'a> {
         }
         let mut next = 0;
         for (i, path) in self.paths.iter_mut().enumerate() {
-            let (heads, u) = path.through.split_at_mut(2);
-            let [w, impulse] = heads else { return };
+            let [w, impulse, u @ ..] = path.through.as_mut_slice() else { return };
             let w = w.rows(len);
             w.fill(0.0);
-            for (k, u) in u.iter_mut().enumerate() {
+            for (k, (u, b)) in u.iter_mut().zip(&model.B[i]).enumerate() {
                 delayed(&self.u[i], model.nk[i] + k, t, start, u.rows(len));
-                let b = model.B[i][k];
                 w.iter_mut().zip(u.late(0, len)).for_each(|(w, u)| *w += b * u);
             }
             impulse.rows(len).fill(0.0);
@@ -296,11 +294,8 @@ impl<'r, 'a> Predictor<'r, 'a> {
                 impulse.rows(len)[0] = 1.0;
             }
             next += nf;
-            divide(&model.F[i], &mut path.through, len);
-            let w = path.through[0].late(0, len);
-            v.iter_mut().zip(w).for_each(|(v, w)| *v += w);
-            path.w.rows(len).iter_mut().zip(w).for_each(|(to, w)| *to = -w);
-            divide(&model.F[i], std::slice::from_mut(&mut path.w), len);
+            divide(&model.F[i], &mut path.through, &mut path.w, -1.0, len);
+            v.iter_mut().zip(path.through[0].late(0, len)).for_each(|(v, w)| *v += w);
         }
         v.iter_mut().for_each(|v| *v = -*v);
         if let Some(noise) = &mut self.noise {
@@ -335,7 +330,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
     fn lines(&mut self) -> impl Iterator<Item = &mut Line> {
         let paths = self.paths.iter_mut().flat_map(|p| p.through.iter_mut().chain([&mut p.w]));
         let Output { minus_y, one, v } = &mut self.output;
-        let noise = self.noise.iter_mut().flat_map(|n| n.first.iter_mut().chain(&mut n.second));
+        let noise = self.noise.iter_mut().flat_map(|n| n.first.iter_mut().chain([&mut n.eps]));
         paths.chain(minus_y).chain([one, v]).chain(noise)
     }
 
@@ -358,8 +353,7 @@ impl Noise {
         x0: &[f64],
         begins: bool,
     ) {
-        let (heads, passing) = self.first.split_at_mut(2);
-        let [eps, impulse] = heads else { return };
+        let [eps, impulse, passing @ ..] = self.first.as_mut_slice() else { return };
         eps.rows(len).fill(0.0);
         add_product(&model.D, &output.v, eps.rows(len));
         impulse.rows(len).fill(0.0);
@@ -371,18 +365,17 @@ impl Noise {
             line.rows(len).fill(0.0);
             add_product(&model.D, plain(output, paths, signal), line.rows(len));
         }
-        divide(&model.C, &mut self.first, len);
-        let [eps_C, minus_v_C] = &mut self.second;
-        eps_C.rows(len).copy_from_slice(self.first[0].late(0, len));
-        minus_v_C.rows(len).iter_mut().zip(output.v.late(0, len)).for_each(|(to, v)| *to = -v);
-        divide(&model.C, &mut self.second, len);
+        if let Some(minus_v) = passing.get_mut(self.passing.len()) {
+            minus_v.rows(len).iter_mut().zip(output.v.late(0, len)).for_each(|(to, v)| *to = -v);
+        }
+        divide(&model.C, &mut self.first, &mut self.eps, 1.0, len);
     }
 
     fn signal(&self, signal: Signal) -> &Line {
         match signal {
             Signal::NoiseImpulse => &self.first[1],
-            Signal::Eps => &self.second[0],
-            Signal::MinusV => &self.second[1],
+            Signal::Eps => &self.eps,
+            Signal::MinusV => &self.first[2 + self.passing.len()],
             other => &self.first[2 + self.passing.iter().position(|s| *s == other).unwrap_or(0)],
         }
     }
