@@ -1,0 +1,57 @@
+"""ARMAX: consistent under coloured noise of the equation, where ARX is not."""
+
+import numpy as np
+import pytest
+from pytest import approx
+
+import plantune as pt
+from oracles import pem
+
+SECOND = pem.orders(na=2, nb=2, nc=2)
+THETA = [-1.5, 0.7, 0.5, 0.2, -0.9, 0.3]
+
+
+def plant(N=400, seed=1, sd=0.1):
+    """Simulate a second-order plant on white input and white noise."""
+    rng = np.random.default_rng(seed)
+    u = rng.normal(size=N)
+    return u, pem.simulate(SECOND, THETA, u, sd * rng.normal(size=N))
+
+
+def test_parameters_are_named_by_polynomial_and_input():
+    u, y = plant()
+    fit = pt.estimate.armax(pt.Record(u=u, y=y, Ts=0.1), 2, 2, 1)
+    assert fit.names == ("a1", "a2", "b1", "b2", "c1")
+    two = np.column_stack([u, np.roll(u, 7)])
+    rec = pt.Record(u=two, y=y, Ts=0.1, u_names=["power", "fan"])
+    fit = pt.estimate.armax(rec, 2, [2, 1], 1)
+    assert fit.names == ("a1", "a2", "b1[power]", "b2[power]", "b1[fan]", "c1")
+
+
+@pytest.mark.parametrize("offset", [True, False])
+def test_without_c_it_is_least_squares(offset):
+    u, y = plant()
+    rec = pt.Record(u=u, y=y + 3.0, Ts=0.1, starts=(0, 150))
+    fit = pt.estimate.armax(rec, 2, 3, 0, 2, offset=offset)
+    ref = pt.estimate.arx(rec, 2, 3, 2, offset=offset)
+    assert fit.N == ref.N
+    assert fit.theta == approx(ref.theta, rel=1e-9, abs=1e-11)
+    assert fit.offset == approx(ref.offset, rel=1e-9)
+    assert fit.loss == approx(ref.loss, rel=1e-11)
+    assert fit.P == approx(ref.P, rel=1e-7, abs=1e-9 * np.abs(ref.P).max())
+
+
+def test_coloured_noise_does_not_bias_it_as_it_does_arx():
+    seeds, found = 100, {"armax": [], "arx": []}
+    for seed in range(seeds):
+        u, y = plant(1000, seed, sd=0.5)
+        rec = pt.Record(u=u, y=y, Ts=0.1)
+        found["armax"].append(pt.estimate.armax(rec, 2, 2, 2).theta[:4])
+        found["arx"].append(pt.estimate.arx(rec, 2, 2).theta)
+
+    def bias(thetas):  # in standard errors of the mean
+        return np.abs(np.mean(thetas, axis=0) - THETA[:4]) / (np.std(thetas, axis=0) / seeds**0.5)
+
+    # u(t-1) is white and independent of all else in the regressor: no bias of b1 at all.
+    assert bias(found["armax"]).max() < 2
+    assert bias(found["arx"])[[0, 1, 3]].min() > 30
