@@ -87,3 +87,37 @@ def test_a_resonance_is_found_from_its_own_starts():
         best = pem.fit(SECOND, u, y, truth)
         found += fit.status == "converged" and fit.loss < best.loss * (1 + 1e-9)
     assert found >= 95
+
+
+def test_the_hair_dryer_is_simulated_on_fresh_rows():
+    """Rows 0 to 299, then 800 to 899, each about its own means, as the demonstrations do.
+
+    An independent search reaches 91.9 % when the level of the hundred rows is estimated with
+    their initial state, and 87.5 % when it is held at their mean.
+    """
+    rec = pt.datasets.hair_dryer()
+    est, val = (pt.prep.detrend(rec.take(slice(*rows))) for rows in ((0, 300), (800, 900)))
+    fit = pt.estimate.oe(est, 2, 2, 3, offset=False)
+    model = pem.orders(nb=2, nf=2, nk=3)
+    u, y = est.u, est.y[:, 0]
+    ref = pem.fit(model, u, y, pem.arx_start(model, u, y, offset=False), offset=False)
+    assert fit.theta == approx(ref.theta, rel=1e-7)
+    assert fit.loss == approx(ref.loss, rel=1e-10)
+    assert pt.validate.check(val, fit, offset="estimate").fit >= 88
+
+
+def test_two_resonances_of_the_robot_arm_are_simulated_on_the_other_half():
+    """88.4 % at the best minimum: poles at 0.9963 and 0.9969 from the origin.
+
+    An independent search gets there from ARX and from Steiglitz and McBride, but from one of
+    twelve random pairs of poles only; the next minima simulate 79 % and 3 %.
+    """
+    est, val = pt.datasets.robot_arm().split(0.5)
+    fit = pt.estimate.oe(est, 4, 4, 0)
+    model = pem.orders(nb=4, nf=4, nk=0)
+    u, y = est.u, est.y[:, 0]
+    ref = pem.fit(model, u, y, pem.arx_start(model, u, y))
+    assert fit.status == "converged"
+    assert fit.loss == approx(ref.loss, rel=1e-10)
+    assert fit.theta == approx(ref.theta, rel=1e-6)  # condition 1e5: both end 1e-7 from the best
+    assert pt.validate.check(val, fit).fit >= 88
