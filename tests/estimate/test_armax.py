@@ -9,6 +9,8 @@ from oracles import pem
 
 SECOND = pem.orders(na=2, nb=2, nc=2)
 THETA = [-1.5, 0.7, 0.5, 0.2, -0.9, 0.3]
+# The engine of source 001 at its first operating point, sampled at 20 ms: a, b and a c.
+ENGINE = (-np.exp(-0.02 / 0.1491), -5.939 * (1 - np.exp(-0.02 / 0.1491)), 0.8)
 
 
 def plant(N=400, seed=1, sd=0.1):
@@ -73,3 +75,34 @@ def test_the_hair_dryer_is_simulated_on_fresh_rows():
     assert fit.loss == approx(ref.loss, rel=1e-10)
     assert pt.validate.check(val, fit).fit >= 88
     assert pt.validate.check(val, fit, offset="estimate").fit >= 92
+
+
+def tight_loop(seed, N=3000):
+    """Put a sampled PI around the engine; the noise of its equation is coloured."""
+    rng = np.random.default_rng(seed)
+    (a, b, c), Kp, Ki, Ts = ENGINE, -0.1315, -0.8816, 0.02  # METHODS 1.7
+    e = np.sqrt(15) * rng.normal(size=N)
+    r = 50 * rng.choice([-1.0, 1.0], N // 10).repeat(10)
+    u, y, integral = np.zeros(N), np.zeros(N), 0.0
+    for t in range(N):
+        y[t] = e[t] + (c * e[t - 1] - a * y[t - 1] if t else 0.0) + (b * u[t - 6] if t > 5 else 0.0)
+        integral += Ts * (r[t] - y[t])
+        u[t] = Kp * (r[t] - y[t]) + Ki * integral
+    return pt.Record(u=u, y=y, Ts=Ts)
+
+
+def test_in_a_closed_loop_the_true_noise_model_is_what_counts():
+    """The direct method is consistent with it; OE and ARX on the same records are not."""
+    a, b, c = ENGINE
+    runs = {"armax": ([], [a, b, c]), "oe": ([], [b, a]), "arx": ([], [a, b])}
+    for seed in range(30):
+        rec = tight_loop(seed)
+        runs["armax"][0].append(pt.estimate.armax(rec, 1, 1, 1, 6).theta)
+        runs["oe"][0].append(pt.estimate.oe(rec, 1, 1, 6).theta)
+        runs["arx"][0].append(pt.estimate.arx(rec, 1, 1, 6).theta)
+    bias = {
+        name: np.abs(np.mean(found, axis=0) - truth) / (np.std(found, axis=0) / 30**0.5)
+        for name, (found, truth) in runs.items()
+    }
+    assert bias["armax"].max() < 2.5
+    assert bias["oe"].max() > 6 and bias["arx"].max() > 12

@@ -6,7 +6,7 @@ from pytest import approx
 from scipy import signal
 
 import plantune as pt
-from oracles import pem
+from oracles import lsq, pem
 
 # Both searches end where the residual is at right angles to the gradient: 1e-7 in its cosine
 # moves theta by 1e-7 sqrt(N) of a standard deviation, and the loss by the square of it.
@@ -96,6 +96,8 @@ def assert_same(fit, ref):
     assert fit.N == ref.N
     assert fit.theta == approx(ref.theta, **SAME)
     assert fit.loss == approx(ref.loss, rel=1e-10)
+    criteria = lsq.criteria(ref.loss, ref.N, len(ref.theta))
+    assert (fit.fpe, fit.aic, fit.bic) == approx(criteria, rel=1e-9)
     m = len(fit.P)
     sd = np.sqrt(np.diag(ref.P))
     assert m == len(ref.P) and len(fit.theta) == len(fit.names) == len(fit.sd)
