@@ -119,8 +119,11 @@ def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Field
 def least_squares(phi: Floats, y: Floats) -> Fields:
     """Fields of `Fit` but `method source rows`, `P` flat; no model."""
 
-def arx(rec: Record, na: int, nb: list[int], nk: list[int], offset: bool, limits: Limits) -> Fields:
-    """Fields of `Fit` but `method source rows`, `P` flat; `nb nk` one per input."""
+def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
+    """Fields of `Fit` but `method source rows`, `P` flat; `orders` has `na nb nc nd nf nk`."""
+
+def pem(rec: Record, orders: object, offset: bool, at_rest: bool, limits: Limits) -> Fields:
+    """Fields of `Fit` but `method source rows`, `P` flat; `at_rest` before each segment."""
 
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source rows`, `P` flat; `L` bounds the delay."""

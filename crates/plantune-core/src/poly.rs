@@ -43,6 +43,43 @@ pub fn roots(p: &[f64]) -> Vec<(f64, f64)> {
     eigenvalues(&companion, n)
 }
 
+/// Whether all roots in `z` lie inside the unit circle (Schur and Cohn's recursion); `p[0]` must be 1.
+pub fn is_stable(p: &[f64]) -> bool {
+    let mut p = p.to_vec();
+    while p.len() > 1 {
+        let k = p[p.len() - 1];
+        if !(k.abs() < 1.0) {
+            return false;
+        }
+        let n = p.len() - 1;
+        let scale = 1.0 / (1.0 - k * k);
+        p = (0..n).map(|i| (p[i] - k * p[n - i]) * scale).collect();
+    }
+    true
+}
+
+/// `p(q)` with its roots outside the unit circle reflected into it, and those on it drawn in a little.
+pub fn reflected(p: &[f64]) -> Vec<f64> {
+    let inside = |(re, im): (f64, f64)| {
+        let size = re.hypot(im);
+        let factor = if size < INNERMOST { 1.0 } else { (1.0 / size).min(INNERMOST) / size };
+        (re * factor, im * factor)
+    };
+    let mut out = vec![1.0];
+    for (re, im) in roots(p).into_iter().map(inside) {
+        if im == 0.0 {
+            out = product(&out, &[1.0, -re]);
+        } else if im > 0.0 {
+            out = product(&out, &[1.0, -2.0 * re, re * re + im * im]);
+        }
+    }
+    out.resize(p.len(), 0.0);
+    out
+}
+
+/// Largest root of a reflected polynomial.
+const INNERMOST: f64 = 1.0 - 1e-6;
+
 /// `y = x / p(q)` in place, from rest; `p[0]` must be 1.
 pub fn divide(p: &[f64], x: &mut [f64]) {
     for k in 0..x.len() {
@@ -79,6 +116,21 @@ mod tests {
         let mut r = roots(&p);
         r.sort_by(|a, b| a.0.total_cmp(&b.0));
         assert!((r[0].0 + 0.5).abs() < 1e-12 && (r[1].0 - 0.9).abs() < 1e-12);
+    }
+
+    #[test]
+    fn reflection_keeps_the_spectrum_but_for_a_factor() {
+        let p = product(&[1.0, -1.25], &product(&[1.0, 0.5], &[1.0, -2.4, 1.69]));
+        let r = reflected(&p);
+        assert!(!is_stable(&p) && is_stable(&r));
+        let ratio = |w: f64| {
+            let z = Complex::from_polar(1.0, w);
+            at(&p, z).norm() / at(&r, z).norm()
+        };
+        for w in [0.1, 0.7, 2.0, 3.1] {
+            assert!((ratio(w) / (1.25 * 1.69) - 1.0).abs() < 1e-10, "{w} {}", ratio(w));
+        }
+        assert!(is_stable(&reflected(&[1.0, -1.0])) && is_stable(&[1.0, -1.8, 0.81]));
     }
 
     #[test]

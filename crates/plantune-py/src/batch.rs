@@ -1,7 +1,8 @@
 //! Batch estimators.
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::batch::{self, ArxOrders, Fit, ProcessOptions, criteria, standard_deviations};
+use plantune_core::batch::{self, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
+use plantune_core::sim::Start;
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
@@ -12,6 +13,7 @@ use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
+    m.add_function(wrap_pyfunction!(pem, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
@@ -70,18 +72,47 @@ fn run<'py>(
     Ok(fit_out(py, fit))
 }
 
+/// Orders of the polynomial family, by attribute.
+#[derive(FromPyObject)]
+struct OrdersIn {
+    na: usize,
+    nb: Vec<usize>,
+    nc: usize,
+    nd: usize,
+    nf: Vec<usize>,
+    nk: Vec<usize>,
+}
+
+impl From<OrdersIn> for Orders {
+    fn from(OrdersIn { na, nb, nc, nd, nf, nk }: OrdersIn) -> Self {
+        Orders { na, nb, nc, nd, nf, nk }
+    }
+}
+
 #[pyfunction]
 fn arx<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
-    na: usize,
-    nb: Vec<usize>,
-    nk: Vec<usize>,
+    orders: OrdersIn,
     offset: bool,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
-    let orders = ArxOrders { na, nb, nk };
+    let orders = Orders::from(orders);
     run(py, &rec, limits, |record, limits| batch::arx(record, &orders, offset, limits))
+}
+
+#[pyfunction]
+fn pem<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    orders: OrdersIn,
+    offset: bool,
+    at_rest: bool,
+    limits: LimitsIn,
+) -> Outcome<FitOut<'py>> {
+    let orders = Orders::from(orders);
+    let start = if at_rest { Start::Zero } else { Start::Estimate };
+    run(py, &rec, limits, |record, limits| batch::pem(record, &orders, PemOptions { offset, start }, limits))
 }
 
 #[pyfunction]

@@ -3,6 +3,7 @@
 from plantune.estimate.arx import arx
 from plantune.estimate.fit import Fit
 from plantune.estimate.least_squares import least_squares
+from plantune.estimate.pem import armax, oe
 from plantune.estimate.process import process
 
-__all__ = ["Fit", "arx", "least_squares", "process"]
+__all__ = ["Fit", "armax", "arx", "least_squares", "oe", "process"]

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from plantune import _core
-from plantune.errors import refusal
 from plantune.estimate.fit import Fit, fit_from_core
+from plantune.estimate.orders import PerInput, orders
 from plantune.notes import DEFAULT_LIMITS, Limits
 from plantune.record import Record
 
@@ -14,8 +12,8 @@ from plantune.record import Record
 def arx(
     rec: Record,
     na: int,
-    nb: int | Sequence[int],
-    nk: int | Sequence[int] = 1,
+    nb: PerInput,
+    nk: PerInput = 1,
     *,
     offset: bool = True,
     limits: Limits | None = None,
@@ -64,16 +62,6 @@ def arx(
     (array([-1.273739,  0.393546,  0.066618,  0.044482]), 296)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
-    orders = _whole("na", na), _per_input("nb", nb, rec.nu), _per_input("nk", nk, rec.nu)
-    return fit_from_core(_core.arx(rec, *orders, offset, limits), "ARX", rec, limits)
-
-
-def _whole(name: str, value: object) -> int:
-    if not isinstance(value, bool) and hasattr(value, "__index__") and value.__index__() >= 0:
-        return value.__index__()  # type: ignore[no-any-return]
-    raise refusal("U01", f"`{name}` is {value!r}, must be whole and >= 0", remedy=f"{name}=2")
-
-
-def _per_input(name: str, value: int | Sequence[int], nu: int) -> list[int]:
-    values = list(value) if isinstance(value, Sequence) else [value] * nu
-    return [_whole(name, v) for v in values]
+    wanted = orders(rec.nu, na=na, nb=nb, nk=nk)
+    fit = _core.arx(rec, wanted, offset, limits)
+    return fit_from_core(fit, "ARX", rec, limits)

@@ -11,6 +11,7 @@
 //!
 //! Source 000, (2.2-3) to (2.2-5).
 
+use super::orders::too_short;
 use crate::error::{Error, Result};
 use crate::linalg::{RankDeficient, Solution, Triangle, solve};
 
@@ -79,14 +80,6 @@ fn check(phi: &[f64], n: usize, y: &[f64]) -> Result<()> {
         return Err(too_short(y.len(), n));
     }
     Ok(())
-}
-
-/// X03: fewer rows than parameters.
-pub(super) fn too_short(rows: usize, parameters: usize) -> Error {
-    Error::new("X03", format!("{rows} usable rows for {parameters} parameters"))
-        .count(rows)
-        .measured(rows as f64, parameters as f64 + 1.0)
-        .remedy("record longer or ask for lower orders")
 }
 
 fn dependent(refusal: &RankDeficient) -> Error {

@@ -3,9 +3,14 @@
 mod arx;
 mod fit;
 mod least_squares;
+mod orders;
+mod pem;
+mod poly_fit;
 mod process;
 
-pub use arx::{ArxOrders, arx};
+pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use least_squares::{LinearFit, least_squares};
+pub use orders::Orders;
+pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};

@@ -3,6 +3,7 @@
 mod draws;
 mod eigen;
 mod kernel;
+mod levenberg;
 mod qr;
 mod reflect;
 mod segmented;
@@ -13,6 +14,7 @@ pub use draws::normal_draws;
 pub use draws::white;
 pub use eigen::{eigenvalues, symmetric_eigenvalues};
 pub use kernel::{dot, extent, scale_into, sum};
+pub use levenberg::{Minimum, Residuals, TIE, minimise};
 pub use qr::{BLOCK, Block, Triangle};
 pub use segmented::Segmented;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve};

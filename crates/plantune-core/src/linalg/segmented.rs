@@ -25,6 +25,11 @@ impl Segmented {
         }
     }
 
+    /// Number of shared columns.
+    pub fn shared(&self) -> usize {
+        self.common.n() - 1
+    }
+
     /// Takes one segment's triangle of `local + shared + 1` columns.
     pub fn push(&mut self, segment: Triangle) {
         for i in self.local..segment.n() {

@@ -62,6 +62,24 @@ pub fn residual_norm2(triangle: &Triangle, columns: &[usize], rhs: usize, tolera
     qr.rest(qr.rank(tolerance))
 }
 
+/// Solution of `min |R[:, columns] x - R[:, rhs]|^2 + damping |S x|^2` with `S` the lengths of the columns; zero
+/// columns get zero.
+pub fn solve_damped(triangle: &Triangle, columns: &[usize], rhs: usize, damping: f64) -> Vec<f64> {
+    let qr = PivotedQr::damped(triangle, columns, rhs, damping);
+    let n = columns.len();
+    let mut x = vec![0.0; n];
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| qr.a[j * qr.rows + k] * x[j]).sum();
+        let diagonal = qr.a[k * qr.rows + k];
+        x[k] = if diagonal.abs() > 1e-15 * qr.diagonal(0) { (qr.rhs[k] - known) / diagonal } else { 0.0 };
+    }
+    let mut ordered = vec![0.0; n];
+    for (x, &j) in x.iter().zip(&qr.order) {
+        ordered[j] = x / qr.scale[j];
+    }
+    ordered
+}
+
 /// Householder QR with column pivoting of `R[:, columns] / scale`, applied to `R[:, rhs]` as well.
 struct PivotedQr {
     a: Vec<f64>, // (rows, n) column-major; the triangle stands in its upper part
@@ -73,19 +91,27 @@ struct PivotedQr {
 
 impl PivotedQr {
     fn new(triangle: &Triangle, columns: &[usize], rhs: usize) -> Self {
-        let rows = columns.iter().copied().chain([rhs]).max().map_or(0, |c| c + 1);
+        PivotedQr::damped(triangle, columns, rhs, 0.0)
+    }
+
+    /// The same with `n` rows `sqrt(damping) I` below the scaled columns.
+    fn damped(triangle: &Triangle, columns: &[usize], rhs: usize, damping: f64) -> Self {
+        let height = columns.iter().copied().chain([rhs]).max().map_or(0, |c| c + 1);
         let n = columns.len();
-        let column = |c: usize| (0..rows).map(move |i| triangle.at(i, c));
+        let below = if damping > 0.0 { n } else { 0 };
+        let rows = height + below;
+        let column = |c: usize| (0..height).map(move |i| triangle.at(i, c));
         let scale: Vec<f64> = columns
             .iter()
             .map(|&c| column(c).map(|x| x * x).sum::<f64>().sqrt())
             .map(|norm| if norm > 0.0 { norm } else { 1.0 })
             .collect();
         let mut a = Vec::with_capacity(rows * n);
-        for (&c, s) in columns.iter().zip(&scale) {
+        for (j, (&c, s)) in columns.iter().zip(&scale).enumerate() {
             a.extend(column(c).map(|x| x / s));
+            a.extend((0..below).map(|i| if i == j { damping.sqrt() } else { 0.0 }));
         }
-        let rhs = column(rhs).collect();
+        let rhs = column(rhs).chain((0..below).map(|_| 0.0)).collect();
         let mut qr = PivotedQr { a, rows, rhs, scale, order: (0..n).collect() };
         for k in 0..n.min(rows) {
             qr.pivot(k);

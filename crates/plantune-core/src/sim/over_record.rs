@@ -61,9 +61,9 @@ pub fn over_record(
         })
         .collect();
 
-    // error = forced + x0 free + offset * unit: shared column `unit`, local columns `free`.
+    // error = forced + x0 free + offset * unit: local columns `free` but the last, shared column the last.
     let shared = usize::from(offset.is_none());
-    let local = if start == Start::Estimate { responses[0].free.len() - shared } else { 0 };
+    let local = if start == Start::Estimate { responses[0].free.len() - 1 } else { 0 };
     let mut problem = Segmented::new(local, shared);
     for (s, response) in segments.iter().zip(&responses) {
         let rows = s.start + history..s.end;
@@ -177,9 +177,6 @@ fn segment_triangle(
         }
         row[n - 1] = r.forced[k];
         block.push(&row);
-        if block.free() == 0 {
-            triangle.absorb(&mut block);
-        }
     }
     triangle.absorb(&mut block);
     triangle

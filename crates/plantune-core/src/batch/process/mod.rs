@@ -18,7 +18,7 @@ mod starts;
 
 use self::problem::{MOST_MOVES, Point, Problem, Stretch};
 use super::fit::{Fit, Status};
-use super::least_squares::too_short;
+use super::orders::too_short;
 use crate::error::{Error, Result};
 use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;

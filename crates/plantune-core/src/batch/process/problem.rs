@@ -3,7 +3,7 @@
 use std::ops::{Range, RangeInclusive};
 
 use super::super::fit::Status;
-use super::super::least_squares::too_short;
+use super::super::orders::too_short;
 use super::{ProcessOptions, RANK_TOLERANCE};
 use crate::error::Result;
 use crate::limits::Limits;

@@ -1,0 +1,111 @@
+//! The polynomial family by prediction errors: `A y = sum_i B_i/F_i u_i(t - nk_i) + d + C/D e`.
+//!
+//! One predictor and its gradient ([`predictor`]) serve every structure; output errors (`F` alone) and ARMAX
+//! (`A` and `C`) are settings of it. The sum of squared errors is minimised by Levenberg-Marquardt on a QR
+//! ([`crate::linalg::minimise`]), with `C` and `F` kept stable by reflection. The search begins at ARX; only
+//! where the minimum leaves something that further lags explain do other starts get their turn.
+//!
+//! Source 001, 3.5.6 and 3.5.7; Ljung 1999, 7.2 and 10.2.
+mod line;
+mod predictor;
+mod starts;
+
+use self::predictor::Predictor;
+use super::fit::{Fit, Status};
+use super::orders::{Orders, copied_input, too_short};
+use super::poly_fit::Scaled;
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::linalg::{Minimum, RankDeficient, Residuals, minimise, solve};
+use crate::note::{Note, Place};
+use crate::record::Record;
+use crate::sim::Start;
+
+/// Share by which a cost must be lower to count as another minimum.
+const LOWER: f64 = 1e-9;
+
+/// What may be set.
+#[derive(Clone, Copy, Debug)]
+pub struct PemOptions {
+    /// Whether an offset is estimated.
+    pub offset: bool,
+    /// Whether the state before each stretch is estimated, or all signals before it are zero.
+    pub start: Start,
+}
+
+/// Fits the orders to the record's only output.
+pub fn pem(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -> Result<Fit> {
+    orders.check(rec, options.offset, limits)?;
+    let mut predictor = Predictor::new(rec, orders, options.offset, options.start);
+    let all = orders.n() + usize::from(options.offset);
+    let N = predictor.N();
+    if N <= all + predictor.states() {
+        return Err(too_short(N, all + predictor.states()));
+    }
+    let best = global_minimum(&mut predictor).ok_or_else(|| no_start(rec))?;
+    let every: Vec<usize> = (0..all).collect();
+    let solution =
+        solve(&best.triangle, &every, all, limits.X08).map_err(|e| over_ordered(rec, &e, limits))?;
+    let scaled = Scaled {
+        theta: &best.theta,
+        inverse_gram: &solution.inverse_gram,
+        rss: best.cost,
+        N,
+        states: predictor.states(),
+        u: &predictor.scale_u,
+        y: predictor.scale_y,
+    };
+    let mut fit = scaled.fit(orders, rec.Ts, limits);
+    fit.names = orders.names(rec);
+    fit.expected_digits = vec![15.0 + solution.ratio.log10(); orders.n()];
+    fit.x0 = predictor.x0();
+    fit.status = if best.converged { Status::Converged } else { Status::NotConverged };
+    if !best.converged {
+        let text = "the search stopped before the gradient test passed";
+        fit.notes.push(Note::warning("N05", text).remedy("ask for lower orders, or record longer"));
+    }
+    fit.finite()
+}
+
+/// The least of the minima that the starts lead to.
+fn global_minimum(predictor: &mut Predictor) -> Option<Minimum> {
+    let mut best: Option<Minimum> = None;
+    let mut last = false;
+    for start in starts::METHODS {
+        let Some(theta) = start(predictor) else { continue };
+        predictor.restart();
+        let Some(minimum) = minimise(predictor, theta) else { continue };
+        last = best.as_ref().is_none_or(|b| minimum.cost < b.cost * (1.0 - LOWER));
+        if last {
+            best = Some(minimum);
+        }
+        let best = best.as_ref()?;
+        if best.converged && predictor.explains_all(best) {
+            break;
+        }
+    }
+    let best = best?;
+    if !last {
+        predictor.restart(); // The states are those of another descent.
+        predictor.linearise(&best.theta);
+    }
+    Some(best)
+}
+
+fn no_start(rec: &Record) -> Error {
+    Error::new("N05", "no start of the search gives a model of these orders")
+        .at(Place::column(&rec.names[rec.nu]))
+        .remedy("ask for lower orders, or record with more changes of the input")
+}
+
+/// X11 where inputs copy each other; else X10: parameters that the data do not tell apart.
+fn over_ordered(rec: &Record, refusal: &RankDeficient, limits: &Limits) -> Error {
+    copied_input(rec).unwrap_or_else(|| {
+        let text = "the orders are too high: poles and zeros cancel, and parameters cannot be told apart";
+        Error::new("X10", text)
+            .at(Place::column(rec.input_name(0)))
+            .count(refusal.dependent.len())
+            .measured(refusal.ratio, limits.X08)
+            .remedy("ask for lower orders")
+    })
+}

@@ -1,0 +1,142 @@
+//! From a least-squares solution in scaled units to the fit of a polynomial model in the record's own.
+//!
+//! The constant `d` of `A y = sum B_i/F_i u_i + d` comes back as `O = y(0) + (d - sum G_i(1) u_i(0)) / A(1)`
+//! in `y = G u + O`, its covariance by the delta rule; for an integrator as the drift.
+
+use super::fit::{Fit, Status, standard_deviations};
+use super::orders::Orders;
+use crate::limits::Limits;
+use crate::model::{Model, PolyModel};
+use crate::note::Note;
+use crate::poly::at_one;
+use crate::record::Scale;
+
+/// A solution on centred and scaled data.
+pub(super) struct Scaled<'s> {
+    /// Coefficients, then the constant if there is one.
+    pub(super) theta: &'s [f64],
+    pub(super) inverse_gram: &'s [f64],
+    pub(super) rss: f64,
+    pub(super) N: usize,
+    /// Parameters beside `theta`: initial states.
+    pub(super) states: usize,
+    pub(super) u: &'s [Scale],
+    pub(super) y: Scale,
+}
+
+impl Scaled<'_> {
+    /// The fit without names and digits, its notes begun.
+    pub(super) fn fit(&self, orders: &Orders, Ts: f64, limits: &Limits) -> Fit {
+        let (n, all) = (orders.n(), self.theta.len());
+        let unit = self.units(orders);
+        let theta: Vec<f64> = self.theta.iter().zip(&unit).map(|(t, s)| t * s).collect();
+        let s2 = self.rss / (self.N - all - self.states) as f64;
+        // In scaled units the noise is s^2 too, since theta carries no unit of y but in the constant.
+        let covariance: Vec<f64> =
+            (0..all * all).map(|ij| s2 * self.inverse_gram[ij] * unit[ij / all] * unit[ij % all]).collect();
+        let model = orders.model(&theta[..n], Ts);
+        let (offset, P) = match theta.get(n) {
+            Some(&d) => {
+                let (O, gradient) = self.offset(&model, d);
+                (O, with_offset(&covariance, &gradient, all))
+            }
+            None => (0.0, covariance),
+        };
+        let mut fit = Fit {
+            model: Model::Poly(model),
+            theta: theta[..n].to_vec(),
+            P,
+            names: Vec::new(),
+            offset,
+            x0: Vec::new(),
+            N: self.N,
+            loss: self.rss / self.y.factor.powi(2) / self.N as f64,
+            status: Status::Exact,
+            expected_digits: Vec::new(),
+            notes: Vec::new(),
+        };
+        fit.notes = notes(&fit, limits);
+        fit
+    }
+
+    /// What one scaled unit of each parameter is in the record's units.
+    fn units(&self, orders: &Orders) -> Vec<f64> {
+        let mut unit = vec![1.0; self.theta.len()];
+        let mut next = orders.na;
+        for (u, &nb) in self.u.iter().zip(&orders.nb) {
+            unit[next..next + nb].fill(u.factor / self.y.factor);
+            next += nb;
+        }
+        if let Some(constant) = unit.get_mut(orders.n()) {
+            *constant = 1.0 / self.y.factor;
+        }
+        unit
+    }
+
+    /// `O` and its gradient with respect to `theta, d`.
+    fn offset(&self, model: &PolyModel, d: f64) -> (f64, Vec<f64>) {
+        let A1 = at_one(&model.A);
+        let size: f64 = model.A.iter().map(|a| a.abs()).sum();
+        let integrating = A1.abs() <= 1e-10 * size;
+        let paths = || self.u.iter().zip(model.B.iter().zip(&model.F));
+        let rest: f64 = d - paths().map(|(u, (b, f))| at_one(b) / at_one(f) * u.zero).sum::<f64>();
+        let per_d = if integrating { 1.0 } else { 1.0 / A1 };
+        let per_a = if integrating { 0.0 } else { -rest / (A1 * A1) };
+        let mut gradient = vec![per_a; model.A.len() - 1];
+        for (u, (b, f)) in paths() {
+            gradient.extend(b.iter().map(|_| -u.zero / at_one(f) * per_d));
+        }
+        gradient.extend(vec![0.0; model.C.len() + model.D.len() - 2]);
+        for (u, (b, f)) in paths() {
+            gradient.extend(f[1..].iter().map(|_| at_one(b) / at_one(f).powi(2) * u.zero * per_d));
+        }
+        gradient.push(per_d);
+        let O = if integrating { A1 * self.y.zero + rest } else { self.y.zero + rest / A1 };
+        (O, gradient)
+    }
+}
+
+/// Covariance of `theta, O` from that of `theta, d`.
+fn with_offset(covariance: &[f64], gradient: &[f64], all: usize) -> Vec<f64> {
+    let n = all - 1;
+    let to_offset: Vec<f64> =
+        (0..all).map(|i| (0..all).map(|j| covariance[i * all + j] * gradient[j]).sum()).collect();
+    let mut P = covariance.to_vec();
+    for i in 0..n {
+        P[i * all + n] = to_offset[i];
+        P[n * all + i] = to_offset[i];
+    }
+    P[n * all + n] = gradient.iter().zip(&to_offset).map(|(g, c)| g * c).sum();
+    P
+}
+
+fn notes(fit: &Fit, limits: &Limits) -> Vec<Note> {
+    let mut notes = Vec::new();
+    let n = fit.theta.len();
+    let per_parameter = fit.N as f64 / n as f64;
+    if per_parameter < limits.X03 {
+        notes.push(
+            Note::warning("X03", format!("{} rows for {n} parameters: intervals are rough", fit.N))
+                .count(fit.N)
+                .measured(per_parameter, limits.X03)
+                .remedy("record longer or ask for lower orders"),
+        );
+    }
+    let sds = standard_deviations(&fit.P, n);
+    let uncertain = sds.iter().zip(&fit.theta).filter(|(sd, t)| 2.0 * **sd > t.abs()).count();
+    if 4 * uncertain >= n {
+        notes.push(
+            Note::warning(
+                "X02",
+                format!("{uncertain} of {n} parameters are uncertain by more than their size"),
+            )
+            .count(uncertain)
+            .measured(uncertain as f64 / n as f64, 0.25)
+            .remedy("ask for lower orders, or record with more changes of the input"),
+        );
+    }
+    if fit.loss == 0.0 || fit.theta.iter().all(|t| *t == 0.0) {
+        notes.push(Note::warning("N08", "the residual is zero: variances and criteria say nothing"));
+    }
+    notes
+}

@@ -1,0 +1,54 @@
+"""Orders of the polynomial family, as the estimators take them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from plantune.errors import refusal
+
+PerInput = int | Sequence[int]
+"""One number for all inputs, or one per input."""
+
+
+class Orders(NamedTuple):
+    """Numbers of free coefficients of `A B C D F` and delays; `nb nf nk` per input."""
+
+    na: int
+    nb: list[int]
+    nc: int
+    nd: int
+    nf: list[int]
+    nk: list[int]
+
+
+def orders(
+    nu: int,
+    *,
+    na: int = 0,
+    nb: PerInput,
+    nc: int = 0,
+    nd: int = 0,
+    nf: PerInput = 0,
+    nk: PerInput,
+) -> Orders:
+    """Return checked orders for `nu` inputs (U01)."""
+    return Orders(
+        _whole("na", na),
+        _per_input("nb", nb, nu),
+        _whole("nc", nc),
+        _whole("nd", nd),
+        _per_input("nf", nf, nu),
+        _per_input("nk", nk, nu),
+    )
+
+
+def _whole(name: str, value: object) -> int:
+    if not isinstance(value, bool) and hasattr(value, "__index__") and value.__index__() >= 0:
+        return value.__index__()  # type: ignore[no-any-return]
+    raise refusal("U01", f"`{name}` is {value!r}, must be whole and >= 0", remedy=f"{name}=2")
+
+
+def _per_input(name: str, value: PerInput, nu: int) -> list[int]:
+    values = list(value) if isinstance(value, Sequence) else [value] * nu
+    return [_whole(name, v) for v in values]
