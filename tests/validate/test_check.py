@@ -141,7 +141,6 @@ def test_a_bare_model_is_accepted():
     assert bare.fit == approx(pt.validate.check(val, fit, offset="estimate").fit, abs=1e-6)
 
 
-@pytest.mark.xfail(reason="the simulation estimates a level of its own in every segment")
 def test_the_offset_of_the_fit_is_held():
     """On a record that lies 50 higher the simulation is 50 too low."""
     rec, _, _ = arx_record()
