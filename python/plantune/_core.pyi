@@ -50,6 +50,9 @@ def resample(
 ) -> tuple[Floats, list[Floats], list[int], NDArray[np.int64]]:
     """Return times, columns, starts and original rows on the grid of step `Ts`."""
 
+def has_no_level(rec: Record, limits: Limits) -> bool:
+    """Whether no column has a level left: the record's own means were removed."""
+
 def remove_means(x: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, list[float]]:
     """`x` (N, n) without the mean of each column over the rows that count, and these means."""
 
@@ -71,6 +74,9 @@ def poles(model: Model) -> Complexes:
 def zeros(model: Model, input: int) -> Complexes: ...
 def dc_gain(model: Model) -> list[float]:
     """One per input; infinite for an integrator."""
+
+def gains(pid: PID) -> tuple[float, float]:
+    """`Ki, Kd` of a controller."""
 
 def c2d(model: ProcessModel, Ts: float) -> Fields:
     """Fields of `PolyModel`, every polynomial of an input in a list."""
@@ -107,6 +113,9 @@ def closed_loop(
 
 def default_horizon(model: ProcessModel, pid: PID) -> float:
     """Seconds until a loop of sound settings has settled many times over."""
+
+def load_horizon(model: ProcessModel, pid: PID) -> float:
+    """As `default_horizon`, and until a load has died out, at most 50 times as long."""
 
 # --- findings and fits -------------------------------------------------------------------------
 
@@ -149,8 +158,17 @@ def judge(
 
 # --- tuning ------------------------------------------------------------------------------------
 
-def imc_pi(model: ProcessModel, target: str, value: float) -> tuple[float, float, float]:
-    """`Kp, Ti, tau_c`; the target is "gain_margin", "phase_margin" or "tau_c"."""
+def imc_pi(model: Model, target: str, value: float) -> Fields:
+    """`Kp Ti Td Tf tau_c`; the target is "gain_margin", "phase_margin" or "tau_c"."""
+
+def simc(model: Model, tau_c: float | None) -> Fields:
+    """As `imc_pi`; without `tau_c` it is the dead time."""
+
+def ziegler_nichols(model: Model, controller: str) -> Fields:
+    """As `imc_pi`, `tau_c` NaN; the controller is "PI" or "PID"."""
+
+def refined_ziegler_nichols(model: Model) -> Fields:
+    """As `imc_pi`, `tau_c` NaN."""
 
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""

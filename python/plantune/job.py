@@ -154,7 +154,7 @@ def run(
     fits = {"ARX": _arx(est, scan, limits), "P1D": _process(est, rec, limits)}
     verdicts = {name: check(val, fit, limits=limits) for name, fit in fits.items()}
     chosen = _chosen(rec, fits, verdicts, limits, refit=val is not est)
-    tuning = imc_pi(chosen, gain_margin=gain_margin, delay_at_least=rec.Ts)
+    tuning = imc_pi(chosen, gain_margin=gain_margin, delay_at_least=rec.Ts, limits=limits)
     return Run(
         title=title or f"{rec.u_names[0]} to {rec.y_names[0]}",
         record=rec,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 from plantune import _core
-from plantune.errors import evidence, refusal
+from plantune.errors import PlantuneError, evidence, refusal
 
 
 class Where(NamedTuple):
@@ -56,6 +56,32 @@ def notes_from_core(notes: Iterable[Mapping[str, Any]]) -> tuple[Note, ...]:
     )
 
 
+def note_of(error: PlantuneError, text: str) -> Note:
+    """Return a refusal as the doubt it is where other results stand beside it."""
+    return Note(
+        code=error.code,
+        severity="warning",
+        text=text,
+        where=Where(*error.where) if error.where else None,
+        count=error.count,
+        measured=error.measured,
+        limit=error.limit,
+        remedy=error.remedy,
+    )
+
+
+def merged(named: Sequence[tuple[str, Sequence[Note]]]) -> tuple[Note, ...]:
+    """Return the notes that all share once, then the others with the name they speak of."""
+    common = [note for note in named[0][1] if all(note in notes for _, notes in named)]
+    own = [
+        replace(note, text=f"{name}: {note.text}")
+        for name, notes in named
+        for note in notes
+        if note not in common
+    ]
+    return (*common, *own)
+
+
 _DEFAULT = _core.default_limits()
 
 
@@ -97,6 +123,12 @@ class Limits:
     """Fit in percent by which a polynomial model may be better than a process model."""
     V04: float = _DEFAULT["V04"]
     """Samples by which the delays of the two may differ, beside their uncertainty."""
+    X12: float = _DEFAULT["X12"]
+    """Standard deviations that a process gain must be away from zero to be tuned on."""
+    C07: float = _DEFAULT["C07"]
+    """Least gain margin, as a factor, over the model's uncertainty."""
+    C07_phase: float = _DEFAULT["C07_phase"]
+    """Least phase margin there, degrees."""
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -113,7 +145,7 @@ class Limits:
         """Return one note per threshold that differs from its default."""
         return tuple(
             Note(
-                code=field.name,
+                code=field.name.partition("_")[0],
                 severity="info",
                 text=f"limit {field.name} is {getattr(self, field.name):g} "
                 f"instead of {_DEFAULT[field.name]:g}",

@@ -61,6 +61,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "margins": plot.margins(tuning),
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
+        "rules": plot.rules(pt.tune.compare(fits[0]), of=rec),
     }
 
 
@@ -275,3 +276,29 @@ def test_delay_marks_the_choice(rec):
     curve, best = fig.data
     assert_array_equal(curve.y, scan.loss)
     assert best.x == (scan.nk,)
+
+
+def test_rules_draw_set_point_and_load_in_the_colour_of_their_rule(fits):
+    comparison = pt.tune.compare(fits[0])
+    curves = plot.rules(comparison).data[1:]
+    for k, row in enumerate(comparison.rows):
+        above, below = curves[2 * k : 2 * k + 2]
+        assert_array_equal(above.y, row.set_point.y)
+        assert_array_equal(below.y, row.load.y)
+        assert (above.yaxis, below.yaxis) == ("y", "y2")
+        assert above.line.color == below.line.color and above.legendgroup == below.legendgroup
+    assert len({t.line.color for t in curves}) == len(comparison.rows)
+
+
+def test_an_unstable_loop_is_named_and_not_drawn():
+    hasty = pt.models.PID(Kp=-9.0, Ti=1.0)
+    fig = plot.rules(pt.tune.compare(PLANT, [pt.tune.simc, hasty]))
+    (named,) = [t for t in fig.data if t.name.endswith(": unstable")]
+    assert named.x == (None,) and str(hasty) in named.name
+    assert len(fig.data) == 4  # set point, two of SIMC, and the name
+
+
+def test_rules_that_share_a_colour_differ_in_their_dash():
+    slower = [pt.models.PID(Kp=-0.1 * k, Ti=1.5) for k in range(1, 6)]
+    curves = plot.rules(pt.tune.compare(PLANT, slower)).data[1::2]
+    assert len({(t.line.color, t.line.dash) for t in curves}) == 5

@@ -1,6 +1,6 @@
 """Closed loops with exact delay: continuous PI by series, sampled PI by superposition."""
 
-from math import pi
+from math import inf, nan, pi
 
 import numpy as np
 import pytest
@@ -167,3 +167,15 @@ def test_a_simulated_loop_is_identified_again():
     y, u = at(run, TS * np.arange(500))
     fit = pt.estimate.process(pt.Record(u=u, y=y, r=r, Ts=TS), "P1D")
     assert fit.theta == approx([-K, T, L], rel=1e-6)
+
+
+@pytest.mark.parametrize("run", [pt.simulate.step, pt.simulate.load_step])
+def test_steps_of_no_plant_or_over_no_time_are_refused(run):
+    pid = pt.models.PID(Kp=1.0, Ti=1.0)
+    for t_end in (0.0, -1.0, inf, nan):
+        with pytest.raises(pt.UsageError):
+            run(pt.models.ProcessModel(K=1.0, T=1.0, L=0.1), pid, t_end)
+    for wrong in ({"K": nan}, {"T": -1.0}, {"L": inf}):
+        with pytest.raises(pt.NotIdentifiable) as refusal:
+            run(pt.models.ProcessModel(**{"K": 1.0, "T": 1.0, "L": 0.1, **wrong}), pid)
+        assert refusal.value.code == "M12"

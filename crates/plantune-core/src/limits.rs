@@ -29,6 +29,12 @@ pub struct Limits {
     pub V03: f64,
     /// Samples by which the delays of the two may differ, beside their uncertainty.
     pub V04: f64,
+    /// Standard deviations that a process gain must be away from zero to be tuned on.
+    pub X12: f64,
+    /// Least gain margin, as a factor, over the model's uncertainty.
+    pub C07: f64,
+    /// Least phase margin there, degrees.
+    pub C07_phase: f64,
 }
 
 impl Default for Limits {
@@ -47,13 +53,16 @@ impl Default for Limits {
             V01: 50.0,
             V03: 5.0,
             V04: 1.0,
+            X12: 2.0,
+            C07: 2.0,
+            C07_phase: 45.0,
         }
     }
 }
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 13] {
+    pub fn items(&self) -> [(&'static str, f64); 16] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -68,6 +77,9 @@ impl Limits {
             ("V01", self.V01),
             ("V03", self.V03),
             ("V04", self.V04),
+            ("X12", self.X12),
+            ("C07", self.C07),
+            ("C07_phase", self.C07_phase),
         ]
     }
 }

@@ -15,6 +15,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(poles, m)?)?;
     m.add_function(wrap_pyfunction!(zeros, m)?)?;
     m.add_function(wrap_pyfunction!(dc_gain, m)?)?;
+    m.add_function(wrap_pyfunction!(gains, m)?)?;
     m.add_function(wrap_pyfunction!(c2d, m)?)?;
     m.add_function(wrap_pyfunction!(d2c, m)?)
 }
@@ -65,22 +66,42 @@ fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
     Raise::from(Error::argument("model", class, "a model of plantune.models, or a Fit")).into()
 }
 
+/// The process model that closed loops and tuning rules are for.
+pub fn plant(model: ModelIn) -> Outcome<ProcessModel> {
+    match model.0 {
+        Model::Process(plant) => Ok(plant),
+        Model::Poly(_) => {
+            Err(Error::argument("model", "a PolyModel", "a ProcessModel (d2c converts first-order ones)")
+                .into())
+        }
+    }
+}
+
 /// `plantune.models.PID`, by attribute.
 #[derive(FromPyObject)]
 pub struct PidIn {
     Kp: f64,
-    Ki: f64,
+    Ti: f64,
     Td: f64,
     Tf: f64,
     b: f64,
     c: f64,
     Ts: Option<f64>,
+    pure_Ki: Option<f64>,
 }
 
 impl From<PidIn> for Pid {
     fn from(p: PidIn) -> Self {
-        Pid { Kp: p.Kp, Ki: p.Ki, Td: p.Td, Tf: p.Tf, b: p.b, c: p.c, Ts: p.Ts }
+        let pi = Pid::pi(p.Kp, p.Ti);
+        Pid { Ki: p.pure_Ki.unwrap_or(pi.Ki), Td: p.Td, Tf: p.Tf, b: p.b, c: p.c, Ts: p.Ts, ..pi }
     }
+}
+
+/// `Ki, Kd` of a controller.
+#[pyfunction]
+fn gains(pid: PidIn) -> (f64, f64) {
+    let pid = Pid::from(pid);
+    (pid.Ki, pid.Kd())
 }
 
 /// A model as the dict from which Python builds its value.

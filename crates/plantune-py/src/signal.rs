@@ -5,13 +5,14 @@ use plantune_core::signal;
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::values::{Array, LimitsIn, array};
+use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(prbs, m)?)?;
     m.add_function(wrap_pyfunction!(envelope, m)?)?;
     m.add_function(wrap_pyfunction!(uniform_step, m)?)?;
     m.add_function(wrap_pyfunction!(resample, m)?)?;
+    m.add_function(wrap_pyfunction!(has_no_level, m)?)?;
     m.add_function(wrap_pyfunction!(remove_means, m)?)
 }
 
@@ -52,6 +53,12 @@ fn resample<'py>(
     let out = signal::resample(t.as_slice().map_err(PyErr::from)?, &columns, &held, Ts)?;
     let columns = out.columns.into_iter().map(|c| array(py, c)).collect();
     Ok((array(py, out.t), columns, out.starts, PyArray1::from_vec(py, out.rows)))
+}
+
+/// Whether no column of a record has a level left.
+#[pyfunction]
+fn has_no_level(rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<bool> {
+    Ok(signal::has_no_level(&rec.view(&limits.into())?))
 }
 
 /// `x` without the mean of each column over the rows that count, and these means.

@@ -1,19 +1,19 @@
 //! Models over records and in closed loops.
 
 use numpy::PyReadonlyArray1;
-use plantune_core::model::{Model, ProcessModel};
 use plantune_core::sim::{self, ClosedLoopSettings, Start};
 use plantune_core::tune::indices;
 use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::model::{ModelIn, PidIn};
+use crate::model::{ModelIn, PidIn, plant};
 use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(over_record, m)?)?;
     m.add_function(wrap_pyfunction!(default_horizon, m)?)?;
+    m.add_function(wrap_pyfunction!(load_horizon, m)?)?;
     m.add_function(wrap_pyfunction!(closed_loop, m)?)
 }
 
@@ -113,15 +113,10 @@ fn closed_loop<'py>(
 
 #[pyfunction]
 fn default_horizon(model: ModelIn, pid: PidIn) -> Outcome<f64> {
-    Ok(sim::default_horizon(&plant(model)?, &pid.into()))
+    Ok(sim::default_horizon(&plant(model)?, &pid.into())?)
 }
 
-fn plant(model: ModelIn) -> Outcome<ProcessModel> {
-    match model.0 {
-        Model::Process(plant) => Ok(plant),
-        Model::Poly(_) => {
-            Err(Error::argument("model", "a PolyModel", "a ProcessModel (d2c converts first-order ones)")
-                .into())
-        }
-    }
+#[pyfunction]
+fn load_horizon(model: ModelIn, pid: PidIn) -> Outcome<f64> {
+    Ok(sim::load_horizon(&plant(model)?, &pid.into())?)
 }

@@ -2,16 +2,19 @@
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use plantune_core::Error;
-use plantune_core::model::{Model, Pid};
-use plantune_core::tune::{self, Bands, ImcTarget};
+use plantune_core::model::Pid;
+use plantune_core::tune::{self, Bands, ImcTarget, Terms};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::model::{ModelIn, PidIn};
+use crate::model::{ModelIn, PidIn, plant};
 use crate::values::{Array, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(imc_pi, m)?)?;
+    m.add_function(wrap_pyfunction!(simc, m)?)?;
+    m.add_function(wrap_pyfunction!(ziegler_nichols, m)?)?;
+    m.add_function(wrap_pyfunction!(refined_ziegler_nichols, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -20,25 +23,60 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(bode_band, m)?)
 }
 
-/// `Kp, Ti, tau_c`.
+/// Settings of the standard form, and the closed-loop time constant aimed at; NaN for none.
+#[derive(IntoPyObject)]
+struct SettingsOut {
+    Kp: f64,
+    Ti: f64,
+    Td: f64,
+    Tf: f64,
+    tau_c: f64,
+}
+
+impl From<(Pid, f64)> for SettingsOut {
+    fn from((pid, tau_c): (Pid, f64)) -> Self {
+        SettingsOut { Kp: pid.Kp, Ti: pid.Ti(), Td: pid.Td, Tf: pid.Tf, tau_c }
+    }
+}
+
 #[pyfunction]
-fn imc_pi(model: ModelIn, target: &str, value: f64) -> Outcome<(f64, f64, f64)> {
-    let Model::Process(plant) = model.0 else {
-        return Err(Error::argument("model", "a PolyModel", "a ProcessModel").into());
-    };
+fn imc_pi(model: ModelIn, target: &str, value: f64) -> Outcome<SettingsOut> {
     let target = match target {
         "gain_margin" => ImcTarget::GainMargin(value),
         "phase_margin" => ImcTarget::PhaseMargin(value),
         _ => ImcTarget::TauC(value),
     };
-    let (pid, tau_c) = tune::imc_pi(&plant, target)?;
-    Ok((pid.Kp, pid.Ti(), tau_c))
+    Ok(tune::imc_pi(&plant(model)?, target)?.into())
+}
+
+#[pyfunction]
+fn simc(model: ModelIn, tau_c: Option<f64>) -> Outcome<SettingsOut> {
+    Ok(tune::simc(&plant(model)?, tau_c)?.into())
+}
+
+#[pyfunction]
+fn ziegler_nichols(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
+    let terms = match controller {
+        "PI" => Terms::Pi,
+        "PID" => Terms::Pid,
+        other => {
+            return Err(Error::argument("controller", format!("\"{other}\""), "\"PI\" or \"PID\"").into());
+        }
+    };
+    Ok((tune::ziegler_nichols(&plant(model)?, terms)?, f64::NAN).into())
+}
+
+#[pyfunction]
+fn refined_ziegler_nichols(model: ModelIn) -> Outcome<SettingsOut> {
+    Ok((tune::refined_ziegler_nichols(&plant(model)?)?, f64::NAN).into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.
 #[derive(IntoPyObject)]
 struct MarginsOut {
+    stable: bool,
     gain: f64,
+    gain_db: f64,
     w_gain: f64,
     phase_deg: f64,
     w_phase: f64,
@@ -51,7 +89,9 @@ struct MarginsOut {
 fn margins(model: ModelIn, pid: PidIn) -> Outcome<MarginsOut> {
     let m = tune::margins(&model.0, &pid.into())?;
     Ok(MarginsOut {
+        stable: m.stable,
         gain: m.gain,
+        gain_db: m.gain_db,
         w_gain: m.w_gain,
         phase_deg: m.phase_deg,
         w_phase: m.w_phase,

@@ -65,6 +65,9 @@ pub struct LimitsIn {
     V01: f64,
     V03: f64,
     V04: f64,
+    X12: f64,
+    C07: f64,
+    C07_phase: f64,
 }
 
 impl From<LimitsIn> for Limits {
@@ -83,6 +86,9 @@ impl From<LimitsIn> for Limits {
             V01: l.V01,
             V03: l.V03,
             V04: l.V04,
+            X12: l.X12,
+            C07: l.C07,
+            C07_phase: l.C07_phase,
         }
     }
 }

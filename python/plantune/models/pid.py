@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from plantune import _core
 from plantune.errors import refusal
 
 
@@ -81,12 +82,12 @@ class PID:
     @property
     def Ki(self) -> float:
         """Integral gain `Kp / Ti`, u/(y s)."""
-        return self.Kp / self.Ti if self.pure_Ki is None else self.pure_Ki
+        return _core.gains(self)[0]
 
     @property
     def Kd(self) -> float:
         """Derivative gain `Kp Td`, u s/y."""
-        return self.Kp * self.Td
+        return _core.gains(self)[1]
 
     def __str__(self) -> str:
         if self.pure_Ki is not None:

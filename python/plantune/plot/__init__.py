@@ -7,6 +7,7 @@ from plantune.plot.delay import delay
 from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.residuals import residuals
+from plantune.plot.rules import rules
 from plantune.plot.step import step
 
 __all__ = [
@@ -17,5 +18,6 @@ __all__ = [
     "margins",
     "record",
     "residuals",
+    "rules",
     "step",
 ]

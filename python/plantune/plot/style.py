@@ -15,11 +15,12 @@ MEASURED = "#868d96"
 MODEL = "#1767b0"
 SECOND = "#e07a00"
 THIRD = "#2a8c6a"
+FOURTH = "#a03c8f"
 SET_POINT = "#000000"
 BAND = "rgba(23, 103, 176, 0.16)"
 SECOND_BAND = "rgba(224, 122, 0, 0.16)"
 FRESH = "rgba(23, 103, 176, 0.06)"
-SEQUENCE = (MODEL, SECOND, THIRD)
+SEQUENCE = (MODEL, SECOND, THIRD, FOURTH)
 
 INK, GRID, AXIS = "#1d2733", "#e6e9ed", "#9aa3ad"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"

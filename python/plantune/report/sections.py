@@ -11,7 +11,8 @@ from plantune import plot
 from plantune.models import ProcessModel
 from plantune.plot.embed import embedded
 from plantune.plot.style import Names, over
-from plantune.report.text import escaped, number, table, unit_of, with_interval, with_sd
+from plantune.report.text import escaped, table, unit_of, with_interval, with_sd
+from plantune.text import number
 
 if TYPE_CHECKING:
     from plantune.estimate import Fit

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Sequence
-from math import isfinite, isinf, isnan
+from math import isfinite
+
+from plantune.text import number
 
 LONGEST = 200
 """Letters of a text from outside; the rest becomes an ellipsis."""
@@ -21,21 +23,6 @@ def escaped(text: object, longest: int = LONGEST) -> str:
     plain = str(text)
     plain = plain if len(plain) <= longest else plain[: longest - 1] + "…"
     return html.escape(plain)
-
-
-def number(x: float, digits: int = 4, padded: bool = False) -> str:
-    """Return a number with some significant digits, `padded` with zeros to all of them.
-
-    Examples
-    --------
-    >>> number(0.149152), number(3.0, 3, padded=True), number(float("inf")), number(float("nan"))
-    ('0.1492', '3.00', '∞', '–')
-    """
-    if isnan(x):
-        return "–"
-    if isinf(x):
-        return "∞" if x > 0 else "-∞"
-    return f"{x:#.{digits}g}".rstrip(".") if padded else f"{x:.{digits}g}"
 
 
 def with_sd(x: float, sd: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -112,10 +113,49 @@ def step(model: ProcessModel, pid: PID, t_end: float | None = None) -> Response:
     """
     if t_end is None:
         t_end = _core.default_horizon(model, pid)
-    if not t_end > 0:
-        raise refusal("U01", f"`t_end` is {t_end}, must be positive", remedy="t_end=10.0")
+    steps, dt = _grid(pid, t_end)
+    return closed_loop(model, pid, r=np.ones(steps), Ts=dt)
+
+
+def load_step(model: ProcessModel, pid: PID, t_end: float | None = None) -> Response:
+    """Return the response of the loop to a unit step added to the plant input at time 0.
+
+    Parameters
+    ----------
+    model : ProcessModel
+        The plant, exact delay.
+    pid : PID
+        Continuous, or sampled with its own `Ts`.
+    t_end : float, optional
+        Seconds; by default until the load has died out, within reason.
+
+    Returns
+    -------
+    Response
+        At 1000 steps, or at every sample of a sampled controller; the set point stays at 0, so
+        `rise`, `settling` and `overshoot` are NaN.
+
+    Examples
+    --------
+    >>> plant = ProcessModel(K=5.939, T=0.1491, L=0.1)
+    >>> response = load_step(plant, PID(Kp=0.131451, Ti=0.1491))
+    >>> round(float(response.u[-1]), 3), round(response.indices.iae, 2)
+    (-1.0, 1.13)
+    """
+    if t_end is None:
+        t_end = _core.load_horizon(model, pid)
+    steps, dt = _grid(pid, t_end)
+    return closed_loop(model, pid, r=np.zeros(steps), d=np.ones(steps), Ts=dt)
+
+
+def _grid(pid: PID, t_end: float) -> tuple[int, float]:
+    """Return the number of steps and their length in seconds."""
+    if not 0 < t_end < inf:
+        raise refusal(
+            "U01", f"`t_end` is {t_end}, must be positive and finite", remedy="t_end=10.0"
+        )
     dt = pid.Ts or t_end / 1000
-    return closed_loop(model, pid, r=np.ones(max(1, round(t_end / dt))), Ts=dt)
+    return max(1, round(t_end / dt)), dt
 
 
 def closed_loop(

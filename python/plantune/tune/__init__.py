@@ -1,17 +1,27 @@
 """From a model to controller settings and their margins."""
 
 from plantune.tune.bands import bode_band, step_band
+from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
+from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
+from plantune.tune.simc import simc
 from plantune.tune.tuning import Tuning
+from plantune.tune.ziegler_nichols import ziegler_nichols
 
 __all__ = [
+    "Comparison",
     "Margins",
+    "Row",
     "Sensitivities",
     "Tuning",
     "bode_band",
+    "compare",
     "imc_pi",
     "margins",
+    "refined_ziegler_nichols",
     "sensitivities",
+    "simc",
     "step_band",
+    "ziegler_nichols",
 ]

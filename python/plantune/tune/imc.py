@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from plantune import _core
 from plantune.errors import refusal
 from plantune.estimate.fit import Fit
-from plantune.models import PID, ProcessModel
-from plantune.notes import Note
-from plantune.tune.bands import flat
-from plantune.tune.margins import margins
+from plantune.models import ProcessModel
+from plantune.notes import Limits
+from plantune.tune.judge import tuned
 from plantune.tune.tuning import Tuning
-
-# Margins that every model inside the uncertainty must leave: 6 dB and 45 degrees.
-_LEAST = (("gain", "gain margin", "", 2.0), ("phase_deg", "phase margin", " deg", 45.0))
 
 
 def imc_pi(
@@ -24,6 +18,7 @@ def imc_pi(
     phase_margin: float | None = None,
     tau_c: float | None = None,
     delay_at_least: float = 0.0,
+    limits: Limits | None = None,
 ) -> Tuning:
     """Return Kp = T / (K (tau_c + L)), Ti = T for a first-order plant with dead time.
 
@@ -40,6 +35,8 @@ def imc_pi(
     delay_at_least : float
         Seconds of dead time that the loop has at least, such as the sample time of the controller;
         a shorter one of the model counts as this, and a note says so.
+    limits : Limits, optional
+        Thresholds; a margin below `C07` or `C07_phase` leaves a note.
 
     Returns
     -------
@@ -55,7 +52,8 @@ def imc_pi(
 
     Notes
     -----
-    Source 001, (3.6-18) to (3.6-45).
+    Source 001, (3.6-18) to (3.6-45).  On a slow plant, `T` above `8 L`, its answer to a load
+    drags on; see `simc`.
 
     Examples
     --------
@@ -74,69 +72,10 @@ def imc_pi(
             remedy="imc_pi(model, gain_margin=3)",
         )
     ((name, value),) = given.items()
-    fit = model if isinstance(model, Fit) else None
-    plant = fit.model if fit else model
-    if not isinstance(plant, ProcessModel):
-        raise refusal("U01", "IMC-PI needs a process model", remedy='estimate.process(rec, "P1D")')
-    plant, notes = _with_delay(plant, delay_at_least)
-    Kp, Ti, tau = _core.imc_pi(plant, name, value)
-    pid = PID(Kp=Kp, Ti=Ti)
-    bands: dict[str, tuple[float, float]] = {}
-    if fit:
-        _check_sign(fit)
-        names = ("gain", "phase_deg", "delay", "Ms", "Mt")
-        bands = dict(zip(names, _core.margin_bands(plant, flat(fit), pid), strict=True))
-        notes = (*notes, *_weak(bands))
-    return Tuning(
-        controller=pid,
-        rule=f"IMC-PI, {name} = {value:g}",
-        model=plant,
-        margins=margins(plant, pid),
-        bands=bands,
-        tau_c=tau,
-        notes=notes,
-        source=fit.source if fit else "",
+    return tuned(
+        f"IMC-PI, {name} = {value:g}",
+        model,
+        lambda plant: _core.imc_pi(plant, name, value),
+        delay_at_least,
+        limits,
     )
-
-
-def _with_delay(plant: ProcessModel, least: float) -> tuple[ProcessModel, tuple[Note, ...]]:
-    if plant.L >= least:
-        return plant, ()
-    note = Note(
-        code="T01",
-        severity="warning",
-        text=f"the model's dead time, {plant.L:.4g} s, counts as {least:.4g} s",
-        measured=plant.L,
-        limit=least,
-        remedy="sample faster to resolve the dead time, or give tau_c",
-    )
-    return replace(plant, L=least), (note,)
-
-
-def _weak(bands: dict[str, tuple[float, float]]) -> tuple[Note, ...]:
-    """C07 where part of the model's uncertainty leaves too little margin."""
-    return tuple(
-        Note(
-            code="C07",
-            severity="warning",
-            text=f"weak margins: the {word} may be as low as {bands[name][0]:.3g}{unit}",
-            measured=bands[name][0],
-            limit=least,
-            remedy="do not apply unattended; ask for more margin, or record longer or larger steps",
-        )
-        for name, word, unit, least in _LEAST
-        if bands[name][0] < least
-    )
-
-
-def _check_sign(fit: Fit) -> None:
-    """X12: a gain whose interval contains zero must not be tuned on."""
-    gain, sd = abs(float(fit.theta[0])), float(fit.sd[0])
-    if gain < 2 * sd:
-        raise refusal(
-            "X12",
-            f"the sign of the gain is open: K = {fit.theta[0]:.4g} ± {sd:.2g}",
-            measured=gain,
-            limit=2 * sd,
-            remedy="record longer or with larger steps of the input",
-        )

@@ -20,8 +20,10 @@ class Margins:
 
     Attributes
     ----------
-    gain, w_gain : float
-        Gain margin as a factor, phase crossover in rad/s; `gain_db` in decibels.
+    stable : bool
+        Whether the closed loop is stable; if it is not, the rest says nothing.
+    gain, gain_db, w_gain : float
+        Gain margin as a factor and in decibels, phase crossover in rad/s.
     phase_deg, w_phase : float
         Phase margin in degrees, gain crossover in rad/s.
     delay : float
@@ -38,7 +40,9 @@ class Margins:
     (3.927, 11.88, 67.1)
     """
 
+    stable: bool
     gain: float
+    gain_db: float
     w_gain: float
     phase_deg: float
     w_phase: float
@@ -46,13 +50,8 @@ class Margins:
     Ms: float
     Mt: float
 
-    @property
-    def gain_db(self) -> float:
-        """Gain margin in decibels."""
-        return float(20 * np.log10(self.gain))
-
     def __str__(self) -> str:
-        return (
+        return ("" if self.stable else "unstable: ") + (
             f"gain {self.gain:.3g} ({self.gain_db:.4g} dB) at {self.w_gain:.4g} rad/s, "
             f"phase {self.phase_deg:.4g} deg at {self.w_phase:.4g} rad/s, "
             f"delay {self.delay:.4g} s, Ms {self.Ms:.3g}, Mt {self.Mt:.3g}"
@@ -104,7 +103,8 @@ def margins(model: ProcessModel | PolyModel, pid: PID) -> Margins:
 
     Notes
     -----
-    Source 001, (3.6-27) to (3.6-30).  Margins do not prove stability.
+    Source 001, (3.6-27) to (3.6-30).  Stability by the
+    argument principle.
 
     Examples
     --------

@@ -27,7 +27,7 @@ class Tuning:
     bands : mapping
         95 % interval of `gain phase_deg delay Ms Mt`; empty for a model without uncertainty.
     tau_c : float
-        Closed-loop time constant aimed at, seconds.
+        Closed-loop time constant aimed at, seconds; NaN where the rule aims at none.
     notes : tuple of Note
         Doubts, such as margins that the model's uncertainty leaves weak.
     source : str

@@ -129,7 +129,7 @@ def check(
     fit: Fit | PolyModel | ProcessModel,
     *,
     x0: str = "estimate",
-    offset: str = "fit",
+    offset: str | None = None,
     lags: int = 25,
     limits: Limits | None = None,
 ) -> Verdict:
@@ -143,8 +143,9 @@ def check(
         A bare model has offset 0.
     x0 : "estimate" or "zero"
         Initial state of each segment.
-    offset : "fit" or "estimate"
-        The fit's own, or a new one for this record.
+    offset : "fit" or "estimate", optional
+        The fit's own, or a new one for this record.  By default the fit's own, but a new one where
+        the record's own means were removed: its level is then another than that of the fit.
     lags : int
         Most lags of the residual correlations.
     limits : Limits, optional
@@ -173,6 +174,8 @@ def check(
     (True, 91, 95)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
+    if offset is None:
+        offset = "estimate" if _core.has_no_level(rec, limits) else "fit"
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
     model, own = (fit.model, float(fit.offset[0])) if isinstance(fit, Fit) else (fit, 0.0)

@@ -39,6 +39,11 @@ impl Pid {
         if self.Ki == 0.0 { f64::INFINITY } else { self.Kp / self.Ki }
     }
 
+    /// Derivative gain `Kp Td`, u s/y.
+    pub fn Kd(&self) -> f64 {
+        self.Kp * self.Td
+    }
+
     /// From `-y` to `u` at `w` rad/s.
     pub fn freqresp(&self, w: f64) -> Complex<f64> {
         let one = Complex::new(1.0, 0.0);

@@ -1,5 +1,8 @@
 //! Removing levels.
 
+use crate::linalg::{extent, sum};
+use crate::record::Record;
+
 /// Mean of each column of the row-major `x (N, width)`, over the rows that count.
 pub fn means(x: &[f64], width: usize, counts: impl Fn(usize, usize) -> bool) -> Vec<f64> {
     (0..width)
@@ -14,4 +17,16 @@ pub fn means(x: &[f64], width: usize, counts: impl Fn(usize, usize) -> bool) -> 
 /// `x` without the given level of each column.
 pub fn without_levels(x: &[f64], levels: &[f64]) -> Vec<f64> {
     x.chunks_exact(levels.len()).flat_map(|row| row.iter().zip(levels).map(|(v, l)| v - l)).collect()
+}
+
+/// Mean of a column, as a share of its travel, up to which its level counts as removed.
+const LEVEL: f64 = 1e-9;
+
+/// Whether no input and no output has a level left: the record's own means were removed from it.
+pub fn has_no_level(rec: &Record) -> bool {
+    let gone = |x: &[f64]| {
+        let (low, high) = extent(x);
+        (sum(x) / x.len() as f64).abs() <= LEVEL * (high - low)
+    };
+    (0..rec.nu).all(|i| gone(&rec.input(i))) && (0..rec.ny).all(|i| gone(&rec.output(i)))
 }

@@ -5,7 +5,7 @@ mod envelope;
 mod prbs;
 mod resample;
 
-pub use detrend::{means, without_levels};
+pub use detrend::{has_no_level, means, without_levels};
 pub use envelope::envelope;
 pub use prbs::prbs;
 pub use resample::{Resampled, resample, uniform_step};

@@ -112,9 +112,19 @@ pub fn closed_loop(model: &ProcessModel, pid: &Pid, settings: &ClosedLoopSetting
 }
 
 /// Seconds until a loop of sound settings has settled many times over.
-pub fn default_horizon(model: &ProcessModel, pid: &Pid) -> f64 {
+pub fn default_horizon(model: &ProcessModel, pid: &Pid) -> Result<f64> {
+    crate::model::check_process(model)?;
     let closed = if pid.Ki != 0.0 { 1.0 / (model.K * pid.Ki).abs() } else { 0.0 };
-    12.0 * (closed + model.T / (1.0 + (model.K * pid.Kp).abs()) + model.L)
+    Ok(12.0 * (closed + model.T / (1.0 + (model.K * pid.Kp).abs()) + model.L))
+}
+
+/// As [`default_horizon`], and until a load has died out: it decays no faster than the integral time.
+///
+/// The fast part of a loop decides how close the nodes lie, so a very slow recovery is cut short.
+pub fn load_horizon(model: &ProcessModel, pid: &Pid) -> Result<f64> {
+    let settled = default_horizon(model, pid)?;
+    let recovered = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
+    Ok(recovered.max(settled).min(50.0 * settled))
 }
 
 fn check(pid: &Pid, settings: &ClosedLoopSettings) -> Result<()> {

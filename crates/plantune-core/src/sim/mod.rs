@@ -3,5 +3,5 @@
 mod closed_loop;
 mod over_record;
 
-pub use closed_loop::{ClosedLoop, ClosedLoopSettings, closed_loop, default_horizon};
+pub use closed_loop::{ClosedLoop, ClosedLoopSettings, closed_loop, default_horizon, load_horizon};
 pub use over_record::{OverRecord, Start, over_record};

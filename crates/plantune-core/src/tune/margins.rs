@@ -5,22 +5,32 @@
 //! phase margin  180 deg + arg L(j w_p),  |L(j w_p)| = 1       source 001, (3.6-29), (3.6-30)
 //! delay margin  phase margin / w_p
 //! Ms = max |1/(1+L)|,  Mt = max |L/(1+L)|
+//! stable        1 + L turns by pi/2 for each integrator and by pi for each unstable pole of L
+//!               between zero and the highest frequency     (argument principle)
 //! ```
 //!
-//! A sampled controller meets the exact pulse transfer function of the plant. Margins say nothing
-//! about stability by themselves: an unstable loop has a finite Ms as well.
+//! A sampled controller meets the exact pulse transfer function of the plant. The margins of an unstable
+//! loop say nothing: it has a finite Ms as well.
 
 use std::f64::consts::PI;
 
 use crate::error::Result;
 use crate::linalg::Complex;
 use crate::model::{Model, Pid, c2d};
+use crate::poly::roots;
+
+/// Distance from the unit circle at which a pole counts as an integrator.
+const ON_CIRCLE: f64 = 1e-9;
 
 /// Margins; infinite where the loop never crosses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
+    /// Whether the closed loop is stable.
+    pub stable: bool,
     /// Gain margin, factor.
     pub gain: f64,
+    /// Gain margin, dB.
+    pub gain_db: f64,
     /// Phase crossover, rad/s.
     pub w_gain: f64,
     /// Phase margin, degrees.
@@ -41,8 +51,11 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
     let open = OpenLoop::new(model, pid)?;
     let grid = open.grid();
     let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
+    let mut turns = 0.0;
     let mut result = Margins {
+        stable: false,
         gain: f64::INFINITY,
+        gain_db: f64::INFINITY,
         w_gain: f64::NAN,
         phase_deg: f64::INFINITY,
         w_phase: f64::NAN,
@@ -55,6 +68,9 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
         if (L[k].im > 0.0) != (L[k + 1].im > 0.0) && L[k].re.min(L[k + 1].re) < 0.0 {
             let w = root(a, b, |w| open.at(w).im);
             let at = open.at(w);
+            if at.re < -1.0 {
+                turns += if L[k].im > 0.0 { 1.0 } else { -1.0 };
+            }
             if at.re < 0.0 && 1.0 / at.norm() < result.gain {
                 (result.gain, result.w_gain) = (1.0 / at.norm(), w);
             }
@@ -74,6 +90,9 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
     if pid.Ts.is_some() && last.re < 0.0 && 1.0 / last.norm() < result.gain {
         (result.gain, result.w_gain) = (1.0 / last.norm(), grid[grid.len() - 1]);
     }
+    let turned = (1.0 + last).arg() - (1.0 + L[0]).arg() + 2.0 * PI * turns;
+    result.stable = (turned - open.turn_of_a_stable_loop()).abs() < 0.5 * PI;
+    result.gain_db = 20.0 * result.gain.log10();
     Ok(result)
 }
 
@@ -114,6 +133,18 @@ impl<'p> OpenLoop<'p> {
 
     fn at(&self, w: f64) -> Complex<f64> {
         self.pid.freqresp(w) * self.plant.freqresp(0, w)
+    }
+
+    /// How far `1 + L` turns from zero to the highest frequency when the closed loop has no unstable pole.
+    fn turn_of_a_stable_loop(&self) -> f64 {
+        let integral = if self.pid.Ki != 0.0 { 0.5 * PI } else { 0.0 };
+        let Model::Poly(plant) = &self.plant else { return integral };
+        let of_pole = |p: (f64, f64)| match p.0.hypot(p.1) {
+            r if r > 1.0 + ON_CIRCLE => PI,
+            r if r > 1.0 - ON_CIRCLE => 0.5 * PI,
+            _ => 0.0,
+        };
+        integral + roots(&plant.A).into_iter().chain(roots(&plant.F[0])).map(of_pole).sum::<f64>()
     }
 
     /// Steps of 1 %, and of a twentieth of a radian of dead-time phase, until the loop gain has died out.
@@ -232,6 +263,50 @@ mod tests {
         let (a, b, _, _) = plant.sampled(Ts);
         assert!((m.gain / ((1.0 + a) / (b * Kp)) - 1.0).abs() < 1e-9, "{}", m.gain);
         assert!((m.w_gain / (PI / Ts) - 1.0).abs() < 1e-9);
+    }
+
+    fn stable(model: &Model, pid: Pid) -> bool {
+        margins(model, &pid).expect("margins").stable
+    }
+
+    /// `k e^(-L s) / s` is stable for `0 < k L < pi/2`.
+    #[test]
+    fn a_delayed_integrator_is_stable_up_to_a_quarter_turn() {
+        for (k, is_stable) in [(0.01, true), (1.57, true), (1.572, false), (9.0, false), (-0.1, false)] {
+            let model = Model::Process(ProcessModel { K: -2.0, T: 5.0, L: 1.0 });
+            assert_eq!(stable(&model, Pid::pi(k * 5.0 / -2.0, 5.0)), is_stable, "{k}");
+        }
+    }
+
+    /// The closed pole of `A = 1 - p q^-1`, `B = q^-1` under a proportional controller is `p - Kp`.
+    #[test]
+    fn a_proportional_controller_may_hold_an_unstable_plant() {
+        for (p, Kp, is_stable) in [
+            (1.2, 0.3, true),
+            (1.2, 2.1, true),
+            (1.2, 0.1, false),
+            (1.2, 2.3, false),
+            (1.0, 0.5, true),
+            (1.0, 2.1, false),
+            (1.0, -0.1, false),
+            (0.5, -0.4, true),
+            (0.5, -0.6, false),
+        ] {
+            let plant = crate::model::PolyModel::arx(vec![1.0, -p], vec![vec![1.0]], vec![1], 0.1);
+            let pid = Pid { Ki: 0.0, Ts: Some(0.1), ..Pid::pi(Kp, 1.0) };
+            assert_eq!(stable(&Model::Poly(plant), pid), is_stable, "{p} {Kp}");
+        }
+    }
+
+    /// Integrator under a sampled PI: Jury on `(z - 1)^2 + Kp (z - 1) + Ki Ts z`.
+    #[test]
+    fn two_integrators_are_stable_where_jury_says_so() {
+        for (Kp, Ki_Ts) in [(0.5, 0.1), (1.5, 0.9), (1.5, 1.1), (0.1, 3.0), (1.9, 0.05)] {
+            let plant = crate::model::PolyModel::arx(vec![1.0, -1.0], vec![vec![1.0]], vec![1], 0.1);
+            let pid = Pid { Ki: Ki_Ts / 0.1, Ts: Some(0.1), ..Pid::pi(Kp, 1.0) };
+            let jury = Kp > 0.0 && 4.0 - 2.0 * Kp - Ki_Ts > 0.0;
+            assert_eq!(stable(&Model::Poly(plant), pid), jury, "{Kp} {Ki_Ts}");
+        }
     }
 
     #[test]

@@ -11,6 +11,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::check_tau_c;
 use crate::error::{Error, Result};
 use crate::model::{Pid, ProcessModel, check_process};
 
@@ -56,8 +57,7 @@ fn tau_c(L: f64, target: ImcTarget) -> Result<f64> {
             }
             if L > 0.0 { Ok((1.0 / rest - 1.0) * L) } else { Err(no_delay("phase_margin")) }
         }
-        ImcTarget::TauC(tau) if tau >= 0.0 && tau + L > 0.0 && tau.is_finite() => Ok(tau),
-        ImcTarget::TauC(tau) => Err(Error::argument("tau_c", tau, "zero or positive, with tau_c + L > 0")),
+        ImcTarget::TauC(tau) => check_tau_c(tau, L),
     }
 }
 

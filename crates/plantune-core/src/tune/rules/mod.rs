@@ -1,5 +1,33 @@
-//! Tuning rules, one per file.
+//! Tuning rules for first order plus dead time, one per file.
 
 mod imc;
+mod refined_ziegler_nichols;
+mod simc;
+mod ziegler_nichols;
 
 pub use imc::{ImcTarget, imc_pi};
+pub use refined_ziegler_nichols::refined_ziegler_nichols;
+pub use simc::simc;
+pub use ziegler_nichols::{Terms, ziegler_nichols};
+
+use crate::error::{Error, Result};
+use crate::model::{ProcessModel, check_process};
+
+/// Refuses a model whose dead time a rule would divide by.
+fn check_delayed(model: &ProcessModel, rule: &str) -> Result<()> {
+    check_process(model)?;
+    if model.L > 0.0 {
+        return Ok(());
+    }
+    Err(Error::new("M12", format!("{rule} needs a dead time: without one its gain is infinite"))
+        .measured(model.L, 0.0)
+        .remedy("use imc_pi or simc with tau_c, the wished closed-loop time constant in seconds"))
+}
+
+/// Refuses a closed-loop time constant that no gain can give.
+fn check_tau_c(tau_c: f64, L: f64) -> Result<f64> {
+    if tau_c >= 0.0 && tau_c + L > 0.0 && tau_c.is_finite() {
+        return Ok(tau_c);
+    }
+    Err(Error::argument("tau_c", tau_c, "zero or positive, with tau_c + L > 0"))
+}
