@@ -2,5 +2,6 @@
 
 Nothing here imports plantune.  Each module takes another way than the core:
 `lsq` holds the whole regressor, `fopdt` adds up step responses, `loop` expands the
-closed loop in Taylor series from one delay to the next, `resid` sums products.
+closed loop in Taylor series from one delay to the next, `resid` sums products,
+`pem` differentiates scipy's filters and leaves the search to MINPACK.
 """

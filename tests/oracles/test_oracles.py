@@ -5,9 +5,9 @@ from math import degrees, pi
 import numpy as np
 import pytest
 from pytest import approx
-from scipy import signal
+from scipy import optimize, signal
 
-from oracles import fopdt, loop, lsq, resid
+from oracles import fopdt, loop, lsq, pem, resid
 
 OP1 = dict(K=5.939, T=0.1491, L=0.1)
 TAU_C = (6 / pi - 1) * 0.1  # gain margin 3: 001, (3.6-41)
@@ -256,6 +256,124 @@ def test_sampled_loop_tends_to_the_continuous_one():
         run = loop.sampled_pi(K, T, L, Kp, Ti, Ts, np.ones(round(1 / Ts)))
         gap.append(np.abs(run.y - smooth.y(run.t)).max())
     assert gap[0] < 0.03 and gap[1] == approx(gap[0] / 2, rel=0.1)  # first order in Ts
+
+
+# -- prediction errors -----------------------------------------------------------------
+
+# Every polynomial at once, two inputs, a direct term: theta = [a, b1, b2, c, d, f1, f2].
+GENERAL = pem.orders(2, na=1, nb=(1, 2), nc=1, nd=2, nf=(1, 2), nk=(0, 2))
+TRUTH = np.array([-0.5, 0.5, 0.3, 0.1, 0.6, -0.3, 0.2, -0.8, -1.1, 0.4])
+
+
+def noisy(model, theta, N=300, sd=0.1, seed=1, offset=4.0):
+    """Simulate a model from rest with white input and white noise; return u, y and the noise."""
+    rng = np.random.default_rng(seed)
+    u, e = rng.normal(size=(N, len(model.nb))), sd * rng.normal(size=N)
+    return u, pem.simulate(model, theta, u, e, offset), e
+
+
+def test_prediction_errors_of_the_truth_are_the_noise():
+    u, y, e = noisy(GENERAL, TRUTH, offset=0.0)
+    eps, _ = pem.Problem(GENERAL, u, y, offset=False, x0="zero")(TRUTH)
+    assert eps == approx(e, abs=1e-12)
+
+
+@pytest.mark.parametrize("x0", ["estimate", "zero"])
+def test_the_jacobian_of_prediction_errors_is_their_slope(x0):
+    u, y, _ = noisy(GENERAL, TRUTH)
+    problem = pem.Problem(GENERAL, u, y, starts=(0, 120), x0=x0)
+    x, h = problem.start(0.95 * TRUTH), 1e-5
+    slope = [(problem(x + h * d)[0] - problem(x - h * d)[0]) / (2 * h) for d in np.eye(len(x))]
+    assert problem(x)[1].T == approx(np.array(slope), abs=1e-7)  # h^2 times third derivatives
+
+
+@pytest.mark.parametrize("offset", [True, False])
+def test_without_c_d_and_f_the_minimum_is_that_of_least_squares(offset):
+    model = pem.orders(1, na=2, nb=2, nk=2)
+    u, y, _ = noisy(model, [-1.2, 0.4, 0.5, 0.1])
+    fit = pem.fit(model, u, y, np.zeros(4), starts=(0, 120), offset=offset)
+    ref = lsq.arx(u, y, 2, 2, 2, starts=(0, 120), offset=offset)
+    assert fit.N == ref.N
+    assert [*fit.theta, fit.offset, fit.loss] == approx(
+        [*ref.theta, ref.offset, ref.loss], rel=1e-9
+    )
+    assert fit.P == approx(ref.P, rel=1e-8, abs=1e-9 * np.abs(ref.P).max())
+
+
+def written_out(x, u, y, starts, na, nb, nc, nf, nk):
+    """eps of A y = B/F u + d + C e, row by row, the past w and eps before row h in x.
+
+    Both na and nf at once are not meant; x = [theta, d, past w and past eps per segment].
+    """
+    a, b, c, f, (d,), past = np.split(x, np.cumsum([na, nb, nc, nf, 1]))
+    h, out = max(na, nk + nb - 1), []
+    for (first, end), start in zip(
+        lsq.segments(len(y), starts), np.split(past, len(starts)), strict=True
+    ):
+        w, eps = dict(enumerate(start[:nf], 1)), dict(enumerate(start[nf:], 1))
+        w, eps = ({first + h - k: v for k, v in s.items()} for s in (w, eps))
+        for t in range(first + h, end):
+            w[t] = sum(b[i] * u[t - nk - i] for i in range(nb))
+            w[t] -= sum(f[i] * w[t - 1 - i] for i in range(nf))
+            eps[t] = y[t] + sum(a[i] * y[t - 1 - i] for i in range(na)) - w[t] - d
+            eps[t] -= sum(c[i] * eps[t - 1 - i] for i in range(nc))
+            out.append(eps[t])
+    return np.array(out)
+
+
+@pytest.mark.parametrize(
+    "sizes, theta",
+    [
+        (dict(na=2, nb=2, nc=2, nf=0, nk=1), [-1.2, 0.4, 0.5, 0.1, -0.7, 0.2]),
+        (dict(na=0, nb=2, nc=0, nf=2, nk=3), [0.5, 0.1, -1.2, 0.4]),
+    ],
+)
+def test_the_minimum_is_that_of_the_recursions_written_out(sizes, theta):
+    """The start is another set of parameters here and the slope is taken by differences."""
+    model, starts = pem.orders(**sizes), (0, 70)
+    u, y, _ = noisy(model, theta, N=150)
+    fit = pem.fit(model, u, y, theta, starts)
+    past = np.zeros(2 * (sizes["nf"] + sizes["nc"]))
+    other = optimize.least_squares(
+        written_out,
+        [*theta, 1.0, *past],
+        method="lm",
+        xtol=1e-12,
+        ftol=1e-12,
+        args=(u[:, 0], y, starts),
+        kwargs=sizes,
+    )
+    assert len(other.fun) == fit.N
+    assert 2 * other.cost == approx(fit.rss, rel=1e-9)
+    assert other.x[: len(theta)] == approx(fit.theta, rel=1e-4)  # sqrt of what the cost leaves open
+    assert fit.cosine < 1e-10
+
+
+def test_holes_of_an_output_error_model_are_rows_that_do_not_count():
+    model = pem.orders(nb=1, nf=1)
+    u, y, _ = noisy(model, [0.5, -0.8])
+    valid = np.ones(300, bool)
+    valid[[0, 1, 40, 41, 200]] = False
+    plain = pem.fit(model, u, np.where(valid, y, np.nan), [0.5, -0.8], valid=valid)
+    assert plain.N == 299 - 4  # row 0 is history
+    assert plain.theta == approx([0.5, -0.8], abs=5 * plain.sd.max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "model, theta",
+    [
+        (pem.orders(nb=2, nf=2), [0.5, 0.1, -1.2, 0.4]),
+        (pem.orders(na=2, nb=2, nc=1), [-1.2, 0.4, 0.5, 0.1, 0.6]),
+    ],
+)
+def test_the_covariance_is_that_of_repeated_noise(model, theta):
+    runs = []
+    for seed in range(300):
+        u, y, _ = noisy(model, theta, N=400, seed=seed)
+        fit = pem.fit(model, u, y, theta)
+        runs.append((np.r_[fit.theta, fit.offset] - [*theta, 4.0]) / np.sqrt(np.diag(fit.P)))
+    assert np.std(runs, axis=0) == approx(1, abs=0.15)  # 300 runs: 4 % sd
 
 
 # -- residuals -------------------------------------------------------------------------

@@ -139,3 +139,13 @@ def test_a_bare_model_is_accepted():
     fit = pt.estimate.arx(est, *ORDERS)
     bare = pt.validate.check(val, fit.model, offset="estimate")
     assert bare.fit == approx(pt.validate.check(val, fit, offset="estimate").fit, abs=1e-6)
+
+
+def test_the_offset_of_the_fit_is_held():
+    """On a record that lies 50 higher the simulation is 50 too low."""
+    rec, _, _ = arx_record()
+    est, val = rec.split(0.5)
+    fit = pt.estimate.arx(est, *ORDERS)
+    high = pt.Record(u=val.u, y=val.y + 50.0, Ts=TS)
+    assert pt.validate.check(high, fit, offset="estimate").rmse < 3
+    assert pt.validate.check(high, fit).rmse == approx(50, rel=0.1)

@@ -129,8 +129,6 @@ def armax(
 
 def _pem(rec: Record, method: str, wanted: Orders, offset: bool, x0: str, limits: Limits) -> Fit:
     if x0 not in ("estimate", "zero"):
-        raise refusal(
-            "U01", f"`x0` is {x0!r}, must be 'estimate' or 'zero'", remedy="leave it out"
-        )
+        raise refusal("U01", f"`x0` is {x0!r}, must be 'estimate' or 'zero'", remedy="leave it out")
     fit = _core.pem(rec, wanted, offset, x0 == "zero", limits)
     return fit_from_core(fit, method, rec, limits)
