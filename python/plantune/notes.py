@@ -77,6 +77,10 @@ class Limits:
     """Largest finite magnitude."""
     D15: float = _DEFAULT["D15"]
     """Largest deviation of a time step, as a share of the step."""
+    D18: float = _DEFAULT["D18"]
+    """Share of the record that an output may stand still while an input moves."""
+    D19: float = _DEFAULT["D19"]
+    """Least size of a spike, in robust standard deviations."""
     X01: float = _DEFAULT["X01"]
     """Least input travel relative to the input's largest magnitude."""
     X02: float = _DEFAULT["X02"]
@@ -91,6 +95,8 @@ class Limits:
     """Least relative loss difference between the best two delays."""
     X08: float = _DEFAULT["X08"]
     """Least ratio of singular values of a record's regressor."""
+    M09: float = _DEFAULT["M09"]
+    """Largest sample time as a share of the time constant."""
     V01: float = _DEFAULT["V01"]
     """Least simulation fit, in percent, for a verdict to pass."""
     V03: float = _DEFAULT["V03"]

@@ -84,6 +84,11 @@ impl Note {
         Note::new(code, Severity::Warning, text)
     }
 
+    /// What forbids a result.
+    pub fn error(code: &'static str, text: impl Into<String>) -> Self {
+        Note::new(code, Severity::Error, text)
+    }
+
     /// A remark.
     pub fn info(code: &'static str, text: impl Into<String>) -> Self {
         Note::new(code, Severity::Info, text)

@@ -13,6 +13,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
+    m.add_function(wrap_pyfunction!(sampling, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -94,6 +95,12 @@ fn p1d<'py>(
 ) -> Outcome<FitOut<'py>> {
     let options = ProcessOptions { offset, L };
     run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
+}
+
+/// Refuses a time constant that is clearly too short for `Ts` (M09); notes where it may be, or is too long.
+#[pyfunction]
+fn sampling(T: f64, sd: f64, Ts: f64, limits: LimitsIn) -> Outcome<Vec<NoteOut>> {
+    Ok(batch::sampling(T, sd, Ts, &limits.into())?.iter().map(NoteOut::from).collect())
 }
 
 #[pyfunction]

@@ -4,8 +4,10 @@ mod arx;
 mod fit;
 mod least_squares;
 mod process;
+mod sampling;
 
 pub use arx::{ArxOrders, arx};
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use least_squares::{LinearFit, least_squares};
 pub use process::{ProcessOptions, p1d};
+pub use sampling::sampling;

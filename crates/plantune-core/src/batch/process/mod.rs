@@ -17,8 +17,9 @@ mod search;
 mod starts;
 
 use self::problem::{MOST_MOVES, Point, Problem, Stretch};
-use super::fit::{Fit, Status};
+use super::fit::{Fit, Status, standard_deviations};
 use super::least_squares::too_short;
+use super::sampling::sampling;
 use crate::error::{Error, Result};
 use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
@@ -55,7 +56,10 @@ pub fn p1d(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<Fi
         problem = problem.without_rest();
         best = problem.minimum().ok_or_else(|| no_relation(rec, 1.0, limits))?;
     }
-    problem.fit(&best)
+    let mut fit = problem.fit(&best)?;
+    let sd = standard_deviations(&fit.P, 3)[1];
+    fit.notes.extend(sampling(fit.theta[1], sd, rec.Ts, limits)?);
+    Ok(fit)
 }
 
 fn check(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<()> {
@@ -242,13 +246,6 @@ impl Problem<'_, '_> {
                 .at(Place::column("L"))
                 .measured(model.L, self.bounds.1)
                 .remedy("search a wider range: L=(low, high)"),
-            );
-        }
-        if model.T < 2.0 * Ts {
-            notes.push(
-                Note::warning("M09", format!("T = {:.4} s is short against Ts = {Ts} s", model.T))
-                    .measured(Ts / model.T, 0.5)
-                    .remedy("sample faster"),
             );
         }
         notes
