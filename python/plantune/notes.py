@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 from plantune import _core
-from plantune.errors import evidence, refusal
+from plantune.errors import PlantuneError, evidence, refusal
 
 
 class Where(NamedTuple):
@@ -53,6 +53,20 @@ def notes_from_core(notes: Iterable[Mapping[str, Any]]) -> tuple[Note, ...]:
     return tuple(
         Note(**{**note, "where": Where(*note["where"]) if note["where"] else None})
         for note in notes
+    )
+
+
+def note_of(error: PlantuneError) -> Note:
+    """Return a refusal as a note of severity "error"."""
+    return Note(
+        code=error.code,
+        severity="error",
+        text=error.text,
+        where=Where(*error.where) if error.where else None,
+        count=error.count,
+        measured=error.measured,
+        limit=error.limit,
+        remedy=error.remedy,
     )
 
 

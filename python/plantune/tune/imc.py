@@ -8,7 +8,7 @@ from plantune import _core
 from plantune.errors import refusal
 from plantune.estimate.fit import Fit
 from plantune.models import PID, ProcessModel
-from plantune.notes import Note
+from plantune.notes import DEFAULT_LIMITS, Limits, Note
 from plantune.tune.bands import flat
 from plantune.tune.margins import margins
 from plantune.tune.tuning import Tuning
@@ -24,6 +24,7 @@ def imc_pi(
     phase_margin: float | None = None,
     tau_c: float | None = None,
     delay_at_least: float = 0.0,
+    limits: Limits | None = None,
 ) -> Tuning:
     """Return Kp = T / (K (tau_c + L)), Ti = T for a first-order plant with dead time.
 
@@ -40,6 +41,8 @@ def imc_pi(
     delay_at_least : float
         Seconds of dead time that the loop has at least, such as the sample time of the controller;
         a shorter one of the model counts as this, and a note says so.
+    limits : Limits, optional
+        Threshold M09.
 
     Returns
     -------
@@ -51,7 +54,8 @@ def imc_pi(
     UsageError
         Not exactly one wish, or one out of its range (U01).
     NotIdentifiable
-        The model is none (M12), or its uncertainty leaves the sign of the gain open (X12).
+        The model is none (M12), its uncertainty leaves the sign of the gain open (X12), or its
+        record was sampled too slowly for its time constant (M09).
 
     Notes
     -----
@@ -84,6 +88,7 @@ def imc_pi(
     bands: dict[str, tuple[float, float]] = {}
     if fit:
         _check_sign(fit)
+        _check_sampling(fit, limits or DEFAULT_LIMITS)
         names = ("gain", "phase_deg", "delay", "Ms", "Mt")
         bands = dict(zip(names, _core.margin_bands(plant, flat(fit), pid), strict=True))
         notes = (*notes, *_weak(bands))
@@ -127,6 +132,12 @@ def _weak(bands: dict[str, tuple[float, float]]) -> tuple[Note, ...]:
         for name, word, unit, least in _LEAST
         if bands[name][0] < least
     )
+
+
+def _check_sampling(fit: Fit, limits: Limits) -> None:
+    """M09: a time constant clearly below two sample times must not be tuned on."""
+    if fit.Ts is not None:
+        _core.sampling(float(fit.theta[1]), float(fit.sd[1]), fit.Ts, limits)
 
 
 def _check_sign(fit: Fit) -> None:

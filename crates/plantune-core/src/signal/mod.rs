@@ -8,4 +8,4 @@ mod resample;
 pub use detrend::{means, without_levels};
 pub use envelope::envelope;
 pub use prbs::prbs;
-pub use resample::{Resampled, resample, uniform_step};
+pub use resample::{Resampled, Steps, resample, steps, uniform_step};
