@@ -137,8 +137,8 @@ def arx(rec: Record, na: int, nb: list[int], nk: list[int], offset: bool, limits
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source rows`, `P` flat; `L` bounds the delay."""
 
-def sampling(T: float, sd: float, Ts: float, limits: Limits) -> list[Fields]:
-    """Refuse a `T` clearly too short for `Ts` (M09); notes where it may be, or is too long."""
+def check_sampling(T: float, sd: float, Ts: float, limits: Limits) -> None:
+    """Refuse a `T` that is too short for `Ts` with its whole 95 % interval (M09)."""
 
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""

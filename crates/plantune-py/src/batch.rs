@@ -2,6 +2,7 @@
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{self, ArxOrders, Fit, ProcessOptions, criteria, standard_deviations};
+use plantune_core::stats::normal_quantile;
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
@@ -13,7 +14,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
-    m.add_function(wrap_pyfunction!(sampling, m)?)?;
+    m.add_function(wrap_pyfunction!(check_sampling, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -97,10 +98,11 @@ fn p1d<'py>(
     run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
 }
 
-/// Refuses a time constant that is clearly too short for `Ts` (M09); notes where it may be, or is too long.
+/// Refuses a time constant that is too short for `Ts` with its whole 95 % interval (M09).
 #[pyfunction]
-fn sampling(T: f64, sd: f64, Ts: f64, limits: LimitsIn) -> Outcome<Vec<NoteOut>> {
-    Ok(batch::sampling(T, sd, Ts, &limits.into())?.iter().map(NoteOut::from).collect())
+fn check_sampling(T: f64, sd: f64, Ts: f64, limits: LimitsIn) -> Outcome<()> {
+    batch::sampling(T, T + normal_quantile(0.95) * sd, Ts, &limits.into())?;
+    Ok(())
 }
 
 #[pyfunction]

@@ -137,7 +137,7 @@ def _weak(bands: dict[str, tuple[float, float]]) -> tuple[Note, ...]:
 def _check_sampling(fit: Fit, limits: Limits) -> None:
     """M09: a time constant clearly below two sample times must not be tuned on."""
     if fit.Ts is not None:
-        _core.sampling(float(fit.theta[1]), float(fit.sd[1]), fit.Ts, limits)
+        _core.check_sampling(float(fit.theta[1]), float(fit.sd[1]), fit.Ts, limits)
 
 
 def _check_sign(fit: Fit) -> None:

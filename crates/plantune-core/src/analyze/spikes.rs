@@ -14,7 +14,6 @@
 use std::ops::Range;
 
 use crate::limits::Limits;
-use crate::linalg::extent;
 use crate::note::Note;
 use crate::record::Record;
 use crate::stats::median;
@@ -102,10 +101,9 @@ pub fn spikes_note(rec: &Record, output: usize, spikes: &[Spike], limits: &Limit
     let place = |s: &Spike| rec.place(rec.nu + output, s.row);
     let named = own.iter().take(NAMED).filter_map(|s| place(s).row).map(|row| row.to_string());
     let more = if own.len() > NAMED { ", …" } else { "" };
-    let sizes: Vec<f64> = own.iter().map(|s| s.size).collect();
-    let (least, most) = extent(&sizes);
+    let most = own.iter().map(|s| s.size).fold(0.0, f64::max);
     let text = format!(
-        "`{}` has {} single-sample spike{} of {least:.0} to {most:.0} sd at row {}{more}",
+        "`{}` has {} single-sample spike{} of up to {most:.0} sd at row {}{more}",
         place(first).column,
         own.len(),
         if own.len() == 1 { "" } else { "s" },

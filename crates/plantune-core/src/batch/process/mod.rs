@@ -17,7 +17,7 @@ mod search;
 mod starts;
 
 use self::problem::{MOST_MOVES, Point, Problem, Stretch};
-use super::fit::{Fit, Status, standard_deviations};
+use super::fit::{Fit, Status};
 use super::least_squares::too_short;
 use super::sampling::sampling;
 use crate::error::{Error, Result};
@@ -32,6 +32,9 @@ use crate::stats::f_tail;
 
 /// Pivots below this share mean that the data do not tell parameters apart.
 const RANK_TOLERANCE: f64 = 1e-13;
+
+/// Delays tried with a longer time constant, a tenth of a sample apart.
+const SHORTER: u32 = 30;
 
 /// What may be set.
 #[derive(Clone, Debug)]
@@ -56,10 +59,7 @@ pub fn p1d(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<Fi
         problem = problem.without_rest();
         best = problem.minimum().ok_or_else(|| no_relation(rec, 1.0, limits))?;
     }
-    let mut fit = problem.fit(&best)?;
-    let sd = standard_deviations(&fit.P, 3)[1];
-    fit.notes.extend(sampling(fit.theta[1], sd, rec.Ts, limits)?);
-    Ok(fit)
+    problem.fit(&best)
 }
 
 fn check(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<()> {
@@ -111,8 +111,6 @@ impl Problem<'_, '_> {
         let n = self.linear();
         let every: Vec<usize> = (0..n + 2).collect();
         let all = self.full(best, &linear);
-        let solution = solve(&all, &every, n + 2, RANK_TOLERANCE)
-            .map_err(|_| no_relation(self.rec, 1.0, self.limits))?;
         let N = self.rows(best.history);
         let states = self.stretches(best.history).filter(|s| !s.at_rest).count();
         let parameters = n + 2 + states;
@@ -122,12 +120,16 @@ impl Problem<'_, '_> {
         self.check_relation(&all, rss, N)?;
 
         let (T, L) = (best.ln_T.exp(), best.m as f64 * Ts + best.f);
+        self.check_colour(&ProcessModel { K: 1.0, T, L })?;
+        // Before the solution: of a `T` far below `Ts` nothing is left in the rows.
+        let sampled = sampling(T, self.upper_T(best, rss, N - parameters), Ts, self.limits)?;
+        let solution = solve(&all, &every, n + 2, RANK_TOLERANCE)
+            .map_err(|_| no_relation(self.rec, 1.0, self.limits))?;
         let gain_unit = self.scale_u.factor / self.scale_y.factor;
         let K = linear.theta[0] * gain_unit;
         let offset = linear.theta.get(1).copied().unwrap_or(0.0) / self.scale_y.factor;
         let s2 = rss / (N - parameters) as f64;
         let model = ProcessModel { K, T, L };
-        self.check_colour(&model)?;
         // The state without the offset, at the first residual row of each segment.
         let state = |(s, x): (&Stretch, &Vec<f64>)| {
             let held = if s.at_rest { self.rec.u[s.rows.start] } else { self.scale_u.zero };
@@ -143,7 +145,7 @@ impl Problem<'_, '_> {
             loss: rss / N as f64 / self.scale_y.factor.powi(2),
             status: best.status,
             expected_digits: vec![15.0 + solution.ratio.log10(); 3],
-            notes: self.notes(&model, N, best),
+            notes: self.notes(&model, N, best).into_iter().chain(sampled).collect(),
             model: Model::Process(model),
         }
         .finite()
@@ -191,11 +193,10 @@ impl Problem<'_, '_> {
     }
 
     /// The same with the colour of y taken up by an autoregression. A step test moves too seldom for it.
-    fn check_colour(&self, model: &ProcessModel) -> Result<()> {
+    fn check_colour(&self, unit: &ProcessModel) -> Result<()> {
         if self.stretches.iter().any(|s| s.moves <= MOST_MOVES) {
             return Ok(());
         }
-        let unit = ProcessModel { K: 1.0, ..*model };
         let forced = |s: &Stretch| {
             let rows = s.rows.clone();
             (self.y[rows.clone()].to_vec(), unit.simulate(&self.u[rows], self.rec.Ts, 0.0))
@@ -203,6 +204,29 @@ impl Problem<'_, '_> {
         let segments: Vec<_> = self.stretches.iter().map(forced).collect();
         let p = (self.cells.clone().count() as f64 * chance(&segments)).min(1.0);
         if p > self.limits.X04 { Err(self.unrelated(p)) } else { Ok(()) }
+    }
+
+    /// Upper end of the 95 % interval of a `T` that is short against the sample time, as far as M09 asks:
+    /// `T` itself where `Ts / M09` is excluded, otherwise that.
+    ///
+    /// The standard deviation is no help: the rows change so little with a `T` below `Ts` that it grows
+    /// without bound. So the sum of squares at `Ts / M09`, with the best of the shorter delays that go
+    /// with a longer `T`, is compared with the least one.
+    fn upper_T(&self, best: &Point, rss: f64, freedom: usize) -> f64 {
+        let (T, limit, Ts) = (best.ln_T.exp(), self.rec.Ts / self.limits.M09, self.rec.Ts);
+        if T >= limit {
+            return T;
+        }
+        let L = best.m as f64 * Ts + best.f;
+        let delays = (0..=SHORTER).map(|i| (L - 0.1 * Ts * f64::from(i)).max(self.bounds.0));
+        let cost = |L: f64| {
+            let m = ((L / Ts).floor() as usize).min(best.m);
+            let point = Point { ln_T: limit.ln(), m, f: L - m as f64 * Ts, ..*best };
+            self.evaluate(&point).map_or(f64::INFINITY, |(cost, _)| cost)
+        };
+        let least = delays.map(cost).fold(f64::INFINITY, f64::min);
+        let F = (least - rss) / (rss / freedom as f64).max(f64::MIN_POSITIVE);
+        if f_tail(F, 1.0, freedom as f64) < 0.05 { T } else { limit }
     }
 
     fn unrelated(&self, p: f64) -> Error {
