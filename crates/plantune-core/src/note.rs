@@ -25,6 +25,11 @@ impl Severity {
     }
 }
 
+/// Four significant digits, short in print.
+pub fn rounded(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
 /// The place in a record that a finding speaks of; `row` counts in the original file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Place {

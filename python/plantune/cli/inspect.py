@@ -83,7 +83,7 @@ def _show(seen: Inspection) -> None:
 
 def _columns(columns: tuple[ColumnSeen, ...]) -> Table:
     table = Table(box=box.SIMPLE_HEAD)
-    for heading in ("", "column", "unit", "holds"):
+    for heading in ("", "column", "holds"):
         table.add_column(heading)
     for heading in ("values", "missing", "min", "max", "distinct"):
         table.add_column(heading, justify="right")
@@ -92,7 +92,8 @@ def _columns(columns: tuple[ColumnSeen, ...]) -> Table:
         cells = [
             "" if x is None else f"{x:.6g}" if isinstance(x, float) else str(x) for x in counts
         ]
-        table.add_row(str(c.number), *(Text(x) for x in (c.name, c.unit, c.holds)), *cells)
+        name = f"{c.name} [{c.unit}]" if c.unit else c.name
+        table.add_row(str(c.number), Text(name), c.holds, *cells)
     return table
 
 

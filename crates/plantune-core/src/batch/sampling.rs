@@ -8,7 +8,7 @@
 
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::note::{Note, Place};
+use crate::note::{Note, Place, rounded};
 
 /// Least sample time as a share of the time constant.
 const FASTEST: f64 = 1e-3;
@@ -20,16 +20,18 @@ const PROPOSED: f64 = 0.1;
 /// `upper` is the upper end of the interval of `T`.
 pub fn sampling(T: f64, upper: f64, Ts: f64, limits: &Limits) -> Result<Option<Note>> {
     let place = Place::column("Ts");
-    let remedy = format!("record with Ts = {:.1e} s, a tenth of T", PROPOSED * T);
+    let remedy = format!("record with Ts = {} s, a tenth of T", rounded(PROPOSED * T));
     if Ts > limits.M09 * T {
-        let text = format!("sampled too slowly: Ts = {Ts} s, T = {T:.3e} s");
+        let short = format!("T = {} s is short against Ts = {Ts} s", rounded(T));
         return if Ts > limits.M09 * upper {
+            let text = format!("sampled too slowly: {short}");
             Err(Error::new("M09", text).at(place).measured(Ts / T, limits.M09).remedy(remedy))
         } else {
+            let text = format!("{short}: sampled too slowly, or the plant is not first order");
             Ok(Some(Note::warning("M09", text).at(place).measured(Ts / T, limits.M09).remedy(remedy)))
         };
     }
-    let text = format!("sampled too fast: Ts = {Ts} s, T = {T:.3e} s: poles clustered at 1");
+    let text = format!("sampled too fast: Ts = {Ts} s, T = {} s: poles clustered at 1", rounded(T));
     let fast = Note::warning("M09", text).at(place).measured(Ts / T, FASTEST).remedy(remedy);
     Ok((Ts < FASTEST * T).then_some(fast))
 }

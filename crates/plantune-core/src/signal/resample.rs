@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::note::Place;
+use crate::note::{Place, rounded};
 use crate::stats::quantile;
 
 /// Steps longer than this many own steps would need a filter first.
@@ -68,11 +68,6 @@ pub fn steps(t: &[f64]) -> Option<Steps> {
     let gaps = steps.iter().filter(|&&d| d > GAP * step).count();
     let back = steps.iter().filter(|&&d| d <= 0.0).count();
     Some(Steps { step, p1, p99, gaps, back })
-}
-
-/// Four significant digits, short in print.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
 }
 
 /// Stamps must ascend: D13 where they go back, D14 where they repeat.

@@ -23,7 +23,7 @@ use super::sampling::sampling;
 use crate::error::{Error, Result};
 use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
-use crate::linalg::{Solution, Triangle, residual_norm2, solve};
+use crate::linalg::{Solution, Triangle, dot, residual_norm2, solve};
 use crate::model::{Model, ProcessModel};
 use crate::note::{Note, Place};
 use crate::record::Record;
@@ -33,8 +33,8 @@ use crate::stats::f_tail;
 /// Pivots below this share mean that the data do not tell parameters apart.
 const RANK_TOLERANCE: f64 = 1e-13;
 
-/// Delays tried with a longer time constant, a tenth of a sample apart.
-const SHORTER: u32 = 30;
+/// p-value below which errors clearly follow the input.
+const FOLLOWS: f64 = 1e-4;
 
 /// What may be set.
 #[derive(Clone, Debug)]
@@ -122,7 +122,8 @@ impl Problem<'_, '_> {
         let (T, L) = (best.ln_T.exp(), best.m as f64 * Ts + best.f);
         self.check_colour(&ProcessModel { K: 1.0, T, L })?;
         // Before the solution: of a `T` far below `Ts` nothing is left in the rows.
-        let sampled = sampling(T, self.upper_T(best, rss, N - parameters), Ts, self.limits)?;
+        let upper = self.upper_T(best, linear.theta[0], rss, N - parameters);
+        let sampled = sampling(T, upper, Ts, self.limits)?;
         let solution = solve(&all, &every, n + 2, RANK_TOLERANCE)
             .map_err(|_| no_relation(self.rec, 1.0, self.limits))?;
         let gain_unit = self.scale_u.factor / self.scale_y.factor;
@@ -211,22 +212,42 @@ impl Problem<'_, '_> {
     ///
     /// The standard deviation is no help: the rows change so little with a `T` below `Ts` that it grows
     /// without bound. So the sum of squares at `Ts / M09`, with the best of the shorter delays that go
-    /// with a longer `T`, is compared with the least one.
-    fn upper_T(&self, best: &Point, rss: f64, freedom: usize) -> f64 {
+    /// with a longer `T`, is compared with the least one. Of a plant that is no first order, such as a
+    /// resonance, a short `T` says nothing.
+    fn upper_T(&self, best: &Point, K: f64, rss: f64, freedom: usize) -> f64 {
         let (T, limit, Ts) = (best.ln_T.exp(), self.rec.Ts / self.limits.M09, self.rec.Ts);
         if T >= limit {
             return T;
         }
-        let L = best.m as f64 * Ts + best.f;
-        let delays = (0..=SHORTER).map(|i| (L - 0.1 * Ts * f64::from(i)).max(self.bounds.0));
+        if rss > 1e-20 * dot(&self.y, &self.y) && !self.is_first_order(best, K) {
+            return limit;
+        }
         let cost = |L: f64| {
             let m = ((L / Ts).floor() as usize).min(best.m);
             let point = Point { ln_T: limit.ln(), m, f: L - m as f64 * Ts, ..*best };
             self.evaluate(&point).map_or(f64::INFINITY, |(cost, _)| cost)
         };
-        let least = delays.map(cost).fold(f64::INFINITY, f64::min);
+        // From the delay of the best down, in tenths of a sample; then in hundredths around the best of these.
+        let longest = best.m as f64 * Ts + best.f;
+        let least = |from: f64, step: f64, count: u32| {
+            let delays = (0..=count).map(|i| (from - f64::from(i) * step).clamp(self.bounds.0, longest));
+            delays.map(|L| (cost(L), L)).fold((f64::INFINITY, from), |a, b| if b.0 < a.0 { b } else { a })
+        };
+        let (_, L) = least(longest, 0.1 * Ts, 30);
+        let (least, _) = least(L + 0.1 * Ts, 0.01 * Ts, 20);
         let F = (least - rss) / (rss / freedom as f64).max(f64::MIN_POSITIVE);
         if f_tail(F, 1.0, freedom as f64) < 0.05 { T } else { limit }
+    }
+
+    /// Whether the errors of a fit with a short `T` no longer follow the delayed input.
+    fn is_first_order(&self, best: &Point, K: f64) -> bool {
+        let (T, L) = (best.ln_T.exp(), best.m as f64 * self.rec.Ts + best.f);
+        let errors = |s: &Stretch| {
+            let w = ProcessModel { K, T, L }.simulate(&self.u[s.rows.clone()], self.rec.Ts, 0.0);
+            (self.y[s.rows.clone()].iter().zip(&w).map(|(y, w)| y - w).collect(), w)
+        };
+        let segments: Vec<_> = self.stretches.iter().map(errors).collect();
+        chance(&segments) > FOLLOWS
     }
 
     fn unrelated(&self, p: f64) -> Error {
