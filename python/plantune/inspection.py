@@ -210,19 +210,22 @@ def _columns(
 
 
 def _numbers(sheet: Sheet, wanted: Sequence[int]) -> dict[int, Floats | PlantuneError]:
-    """Return each column as numbers, or what it holds instead; halves until it is known which."""
-    if not wanted:
-        return {}
-    try:
-        x = sheet.read(wanted, None).numbers
-    except DataError as error:
-        if error.code != "D06":
-            raise
-        if len(wanted) == 1:
-            return {wanted[0]: error}
-        half = len(wanted) // 2
-        return {**_numbers(sheet, wanted[:half]), **_numbers(sheet, wanted[half:])}
-    return {i: x[:, k] for k, i in enumerate(wanted)}
+    """Return each column as numbers, or why it is none."""
+    found: dict[int, Floats | PlantuneError] = {}
+    left = list(wanted)
+    while left:
+        try:
+            x = sheet.read(left, None).numbers
+        except DataError as error:
+            name = error.where[0] if error.where else ""
+            text = [i for i in left if sheet.columns[i].name == name]
+            if error.code != "D06" or not text:
+                raise
+            found |= dict.fromkeys(text, error)
+            left = [i for i in left if i not in text]
+        else:
+            return found | {i: x[:, k] for k, i in enumerate(left)}
+    return found
 
 
 def _column(name: ColumnSeen, x: Floats | PlantuneError, holds: str = "numbers") -> ColumnSeen:
