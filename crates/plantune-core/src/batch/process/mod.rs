@@ -230,7 +230,7 @@ impl Problem<'_, '_> {
         // From the delay of the best down, in tenths of a sample; then in hundredths around the best of these.
         let longest = best.m as f64 * Ts + best.f;
         let least = |from: f64, step: f64, count: u32| {
-            let delays = (0..=count).map(|i| (from - f64::from(i) * step).clamp(self.bounds.0, longest));
+            let delays = (0..=count).map(|i| (from - f64::from(i) * step).max(self.bounds.0).min(longest));
             delays.map(|L| (cost(L), L)).fold((f64::INFINITY, from), |a, b| if b.0 < a.0 { b } else { a })
         };
         let (_, L) = least(longest, 0.1 * Ts, 30);
