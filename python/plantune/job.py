@@ -50,7 +50,7 @@ class Run:
     >>> import plantune as pt
     >>> run = pt.job.run(pt.datasets.hair_dryer())
     >>> run.findings["delay"].nk, {name: round(v.fit) for name, v in run.verdicts.items()}
-    (3, {'ARX': 92, 'P1D': 87})
+    (3, {'ARX': 85, 'P1D': 82})
     >>> run.tunings[0].rule
     'IMC-PI, gain_margin = 3'
     """
