@@ -151,6 +151,8 @@ class Limits:
 
     def changes(self) -> tuple[Note, ...]:
         """Return one note per threshold that differs from its default."""
+        if self is DEFAULT_LIMITS:
+            return ()
         return tuple(
             Note(
                 code=field.name.partition("_")[0],

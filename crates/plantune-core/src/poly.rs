@@ -45,6 +45,9 @@ pub fn roots(p: &[f64]) -> Vec<(f64, f64)> {
 
 /// Whether all roots in `z` lie inside the unit circle (Schur and Cohn's recursion); `p[0]` must be 1.
 pub fn is_stable(p: &[f64]) -> bool {
+    if let [_, c] = p {
+        return c.abs() < 1.0;
+    }
     let mut p = p.to_vec();
     while p.len() > 1 {
         let k = p[p.len() - 1];

@@ -136,7 +136,6 @@ class Fit:
 
 def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits: Limits) -> Fit:
     """Return the fit that the core sends as a dict."""
-    d = dict(d)
     size = len(d["theta"]) if d["offset"] is None else round(len(d["P"]) ** 0.5)
     model = None if d["model"] is None else from_core(d["model"])
     offset = [] if d["offset"] is None else [d["offset"]]
@@ -163,8 +162,9 @@ def row_ranges(rec: Record) -> NDArray[np.int64]:
     ranges = []
     for part in rec.segments:
         rows = rec.rows[part]
-        # The usual segment is one stretch, and a million rows need not be looked at.
-        whole = rows[-1] - rows[0] == len(rows) - 1
-        edges = np.array([], int) if whole else np.flatnonzero(np.diff(rows) != 1) + 1
+        if rows[-1] - rows[0] == len(rows) - 1:  # the usual segment is one stretch
+            ranges.append((rows[0], rows[-1]))
+            continue
+        edges = np.flatnonzero(np.diff(rows) != 1) + 1
         ranges += [(piece[0], piece[-1]) for piece in np.split(rows, edges)]
     return np.array(ranges, np.int64)

@@ -44,11 +44,14 @@ def orders(
 
 
 def _whole(name: str, value: object) -> int:
+    if type(value) is int and value >= 0:
+        return value
     if not isinstance(value, bool) and hasattr(value, "__index__") and value.__index__() >= 0:
         return value.__index__()  # type: ignore[no-any-return]
     raise refusal("U01", f"`{name}` is {value!r}, must be whole and >= 0", remedy=f"{name}=2")
 
 
 def _per_input(name: str, value: PerInput, nu: int) -> list[int]:
-    values = list(value) if isinstance(value, Sequence) else [value] * nu
-    return [_whole(name, v) for v in values]
+    if isinstance(value, Sequence):
+        return [_whole(name, v) for v in value]
+    return [_whole(name, value)] * nu

@@ -39,7 +39,7 @@ def c2d(model: ProcessModel, Ts: float) -> PolyModel:
     B(q) = -0.745527
     Ts = 0.02 s
     """
-    return _poly(_core.c2d(model, Ts))
+    return PolyModel.of_core(_core.c2d(model, Ts))
 
 
 def d2c(model: PolyModel) -> ProcessModel:
@@ -75,10 +75,4 @@ def d2c(model: PolyModel) -> ProcessModel:
 
 def from_core(d: Mapping[str, Any]) -> PolyModel | ProcessModel:
     """Return the model that the core sends as a dict."""
-    return ProcessModel(**d) if "K" in d else _poly(d)
-
-
-def _poly(d: Mapping[str, Any]) -> PolyModel:
-    """One input has its polynomials bare, several have lists."""
-    single = len(d["B"]) == 1
-    return PolyModel(**{k: v[0] if single and k in ("B", "F", "nk") else v for k, v in d.items()})
+    return ProcessModel(**d) if "K" in d else PolyModel.of_core(d)

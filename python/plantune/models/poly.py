@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -70,6 +70,24 @@ class PolyModel(LinearModel):
         for name, value in frozen.items():
             object.__setattr__(self, name, value)
 
+    @classmethod
+    def of_core(cls, d: Mapping[str, Any]) -> PolyModel:
+        """Return the model that the core sends: one input has its polynomials bare."""
+        single = len(d["B"]) == 1
+        B, F = [_held(b) for b in d["B"]], [_held(f) for f in d["F"]]
+        model = object.__new__(cls)  # what the core sends is checked there
+        for name, value in (
+            ("A", _held(d["A"])),
+            ("B", B[0] if single else B),
+            ("C", _held(d["C"])),
+            ("D", _held(d["D"])),
+            ("F", F[0] if single else F),
+            ("nk", d["nk"][0] if single else d["nk"]),
+            ("Ts", d["Ts"]),
+        ):
+            object.__setattr__(model, name, value)
+        return model
+
     @property
     def core(self) -> SimpleNamespace:
         """The model as the core reads it: every polynomial of an input in a list."""
@@ -109,6 +127,12 @@ class PolyModel(LinearModel):
             if len(p) > 1
         ]
         return "\n".join([head, *own[:1], *lines, *own[1:], f"Ts = {self.Ts:g} s"])
+
+
+def _held(p: Sequence[float]) -> Floats:
+    x = np.array(p)
+    x.flags.writeable = False
+    return x
 
 
 def _polynomial(p: Any, name: str) -> Floats:

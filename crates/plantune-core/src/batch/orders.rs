@@ -59,7 +59,7 @@ impl Orders {
     /// The model with coefficients `theta`.
     pub fn model(&self, theta: &[f64], Ts: f64) -> PolyModel {
         let ones = |n: &usize| [vec![1.0], vec![0.0; *n]].concat();
-        let empty = PolyModel {
+        let mut model = PolyModel {
             A: ones(&self.na),
             B: self.nb.iter().map(|&nb| vec![0.0; nb]).collect(),
             C: ones(&self.nc),
@@ -68,7 +68,8 @@ impl Orders {
             nk: self.nk.clone(),
             Ts,
         };
-        empty.with_theta(theta)
+        model.set_theta(theta);
+        model
     }
 
     /// `a1 … b1 … c1 … d1 … f1 …`, with the input behind a b or f when there are several: `b1[power]`.

@@ -10,7 +10,7 @@
 //! Marquardt 1963; Moré 1978.
 
 use super::qr::Triangle;
-use super::solve::{solve, solve_damped};
+use super::solve::solve_damped;
 
 /// Cosine between the residual and the space of the gradient's columns at a minimum (Bates and Watts 1981).
 const GRADIENT: f64 = 1e-8;
@@ -138,30 +138,49 @@ impl Memory {
         let most = best.theta.len().min(MOST_MEMORY);
         let older = self.points.len().saturating_sub(most);
         self.points.drain(..older);
-        let mixed = self.mixed(best, &newton).unwrap_or_else(|| newton.clone());
+        let mixed = self.mixed(best, &newton);
         self.points.push((best.theta.clone(), newton));
         mixed
     }
 
-    fn mixed(&self, best: &Minimum, newton: &[f64]) -> Option<Vec<f64>> {
-        let m = self.points.len();
-        if m == 0 {
-            return None;
-        }
+    /// `newton` less the mixture of the last moves that takes most of it away, in the lengths of the columns.
+    fn mixed(&self, best: &Minimum, newton: &[f64]) -> Vec<f64> {
+        let n = newton.len();
         let length = |j: usize| (0..=j).map(|i| best.triangle.at(i, j).powi(2)).sum::<f64>().sqrt();
-        let change = |j: usize, k: usize| newton[j] - self.points[k].1[j];
-        let rows: Vec<Vec<f64>> = (0..newton.len())
-            .map(|j| (0..m).map(|k| change(j, k)).chain([newton[j]]).map(|x| length(j) * x).collect())
-            .collect();
-        let triangle = Triangle::of_rows(m + 1, rows.iter().map(Vec::as_slice));
-        let columns: Vec<usize> = (0..m).collect();
-        let share = solve(&triangle, &columns, m, 1e-8).ok()?.theta;
-        let moved = |j: usize| {
-            let back = (0..m).map(|k| share[k] * (best.theta[j] - self.points[k].0[j] + change(j, k)));
-            newton[j] - back.sum::<f64>()
-        };
-        Some((0..newton.len()).map(moved).collect())
+        let scale: Vec<f64> = (0..n).map(length).collect();
+        let (mut left, mut mixed) = (newton.to_vec(), newton.to_vec());
+        let mut before: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(self.points.len());
+        for (point, step) in self.points.iter().rev() {
+            // What the step became, and the move that made it so; orthogonal to the later ones.
+            let mut change: Vec<f64> = newton.iter().zip(step).map(|(now, then)| now - then).collect();
+            let mut moved: Vec<f64> = (0..n).map(|j| best.theta[j] - point[j] + change[j]).collect();
+            let own = norm2(&change, &scale);
+            for (other, with) in &before {
+                let share = product(&change, other, &scale) / norm2(other, &scale);
+                subtract(&mut change, share, other);
+                subtract(&mut moved, share, with);
+            }
+            if norm2(&change, &scale) > 1e-16 * own {
+                let share = product(&left, &change, &scale) / norm2(&change, &scale);
+                subtract(&mut left, share, &change);
+                subtract(&mut mixed, share, &moved);
+                before.push((change, moved));
+            }
+        }
+        mixed
     }
+}
+
+fn product(x: &[f64], y: &[f64], scale: &[f64]) -> f64 {
+    x.iter().zip(y).zip(scale).map(|((x, y), s)| x * y * s * s).sum()
+}
+
+fn norm2(x: &[f64], scale: &[f64]) -> f64 {
+    product(x, x, scale)
+}
+
+fn subtract(x: &mut [f64], share: f64, y: &[f64]) {
+    x.iter_mut().zip(y).for_each(|(x, y)| *x -= share * y);
 }
 
 /// Squared length of the last column.

@@ -131,6 +131,14 @@ impl Triangle {
         &self.r[i * self.n..][..self.n]
     }
 
+    /// The triangle without its first `count` rows and columns.
+    pub fn below(&self, count: usize) -> Triangle {
+        Triangle {
+            n: self.n - count,
+            r: (count..self.n).flat_map(|i| &self.row(i)[count..]).copied().collect(),
+        }
+    }
+
     /// Reflects all rows that `block` was given into the triangle and empties it.
     pub fn absorb(&mut self, block: &mut Block) {
         if block.rows > 0 {

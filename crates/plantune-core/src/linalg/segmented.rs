@@ -10,19 +10,15 @@ use super::qr::{Block, Triangle};
 pub struct Segmented {
     local: usize,
     common: Triangle,
-    block: Block,
+    /// Rows on their way into `common`; the first segment needs none.
+    block: Option<Block>,
     heads: Vec<Triangle>,
 }
 
 impl Segmented {
     /// `local` columns per segment, then `shared` columns, then the right-hand side.
     pub fn new(local: usize, shared: usize) -> Self {
-        Segmented {
-            local,
-            common: Triangle::new(shared + 1),
-            block: Block::new(shared + 1),
-            heads: Vec::new(),
-        }
+        Segmented { local, common: Triangle::new(shared + 1), block: None, heads: Vec::new() }
     }
 
     /// Number of shared columns.
@@ -32,15 +28,20 @@ impl Segmented {
 
     /// Takes one segment's triangle of `local + shared + 1` columns.
     pub fn push(&mut self, segment: Triangle) {
-        for i in self.local..segment.n() {
-            self.block.push(&segment.row(i)[self.local..]);
+        if self.heads.is_empty() {
+            self.common = segment.below(self.local);
+        } else {
+            let block = self.block.get_or_insert_with(|| Block::new(self.common.n()));
+            (self.local..segment.n()).for_each(|i| block.push(&segment.row(i)[self.local..]));
         }
         self.heads.push(segment);
     }
 
     /// The triangle of the shared columns and the right-hand side.
     pub fn common(&mut self) -> &Triangle {
-        self.common.absorb(&mut self.block);
+        if let Some(block) = &mut self.block {
+            self.common.absorb(block);
+        }
         &self.common
     }
 

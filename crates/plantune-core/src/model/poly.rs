@@ -60,14 +60,19 @@ impl PolyModel {
     /// The same orders with other coefficients.
     pub fn with_theta(&self, theta: &[f64]) -> Self {
         let mut model = self.clone();
+        model.set_theta(theta);
+        model
+    }
+
+    /// Takes other coefficients.
+    pub fn set_theta(&mut self, theta: &[f64]) {
         let mut values = theta.iter().copied();
         let mut refill = |p: &mut [f64]| p.iter_mut().zip(values.by_ref()).for_each(|(c, v)| *c = v);
-        refill(&mut model.A[1..]);
-        model.B.iter_mut().for_each(|b| refill(b));
-        refill(&mut model.C[1..]);
-        refill(&mut model.D[1..]);
-        model.F.iter_mut().for_each(|f| refill(&mut f[1..]));
-        model
+        refill(&mut self.A[1..]);
+        self.B.iter_mut().for_each(|b| refill(b));
+        refill(&mut self.C[1..]);
+        refill(&mut self.D[1..]);
+        self.F.iter_mut().for_each(|f| refill(&mut f[1..]));
     }
 
     /// Output from rest.

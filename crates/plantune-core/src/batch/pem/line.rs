@@ -113,10 +113,11 @@ fn recursion<const P: usize, const K: usize, const T: usize>(
     Recursion { c, rows, past, twice, twice_past, sign }.run();
 }
 
-/// `out = out + p(q) x`.
-pub(super) fn add_product(p: &[f64], x: &Line, out: &mut [f64]) {
+/// `out = p(q) x`; `p[0]` must be 1.
+pub(super) fn set_product(p: &[f64], x: &Line, out: &mut [f64]) {
     let len = out.len();
-    for (lag, &c) in p.iter().enumerate() {
+    out.copy_from_slice(x.late(0, len));
+    for (lag, &c) in p.iter().enumerate().skip(1) {
         for (o, x) in out.iter_mut().zip(x.late(lag, len)) {
             *o += c * x;
         }

@@ -20,7 +20,7 @@
 use std::ops::Range;
 
 use super::super::orders::Orders;
-use super::line::{Line, add_product, divide, lines};
+use super::line::{Line, divide, lines, set_product};
 use crate::linalg::{Block, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2};
 use crate::model::PolyModel;
 use crate::poly::{is_stable, reflected};
@@ -29,7 +29,7 @@ use crate::sim::Start;
 use crate::stats::f_tail;
 
 /// Further lags that must not explain anything at a minimum that is believed.
-const FURTHER: usize = 3;
+const FURTHER: usize = 2;
 
 /// Least p-value at which they are taken as explaining nothing.
 const BY_CHANCE: f64 = 1e-3;
@@ -74,6 +74,8 @@ pub(super) struct Predictor<'r, 'a> {
     x0: Vec<Vec<f64>>,
     /// The best parameters so far.
     best: Option<Best>,
+    /// The model that rows pass through.
+    model: PolyModel,
     paths: Vec<Path>,
     output: Output,
     noise: Option<Noise>,
@@ -156,6 +158,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
             scale_y,
             x0: vec![vec![0.0; states]; stretches.len()],
             best: None,
+            model: orders.model(&vec![0.0; orders.n()], rec.Ts),
             block: Block::new(columns.len() + 1),
             paths: (0..rec.nu).map(path).collect(),
             output: Output { minus_y: vec![line(); orders.na], one: line(), v: line() },
@@ -204,7 +207,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
         Record { u: &self.u_rows, y: &self.y, ny: 1, ..self.rec.clone() }
     }
 
-    /// Whether three further lags of every input and of the error lower the cost no more than by chance.
+    /// Whether two further lags of every input and of the error lower the cost no more than by chance.
     pub(super) fn explains_all(&mut self, minimum: &Minimum) -> bool {
         if minimum.cost <= self.exact() {
             return true;
@@ -218,10 +221,9 @@ impl<'r, 'a> Predictor<'r, 'a> {
             further.extend((1..=FURTHER).map(|k| (Signal::Eps, self.orders.nc + k)));
         }
         self.columns.extend(&further);
-        self.block = Block::new(self.columns.len() + 1);
+        let block = std::mem::replace(&mut self.block, Block::new(self.columns.len() + 1));
         let triangle = self.linearise(&minimum.theta);
-        self.columns = own;
-        self.block = Block::new(self.columns.len() + 1);
+        (self.columns, self.block) = (own, block);
         let Some(triangle) = triangle else { return false };
         let every: Vec<usize> = (0..triangle.n() - 1).collect();
         let left = residual_norm2(&triangle, &every, triangle.n() - 1, 1e-12);
@@ -237,7 +239,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
     }
 
     /// Triangle of `[initial state | theta, constant | eps]` of one stretch.
-    fn stretch(&mut self, s: usize, model: &PolyModel, constant: f64) -> Triangle {
+    fn stretch(&mut self, s: usize, constant: f64) -> Triangle {
         let mut triangle = Triangle::new(self.columns.len() + 1);
         self.clear();
         let Range { start, end } = self.stretches[s];
@@ -245,7 +247,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
         let mut t = first;
         while t < end {
             let len = self.block.free().min(end - t);
-            self.run(t..t + len, start, model, constant, (t == first).then_some(s));
+            self.run(t..t + len, start, constant, (t == first).then_some(s));
             self.fill(t, len);
             self.pass(len);
             t += len;
@@ -255,14 +257,8 @@ impl<'r, 'a> Predictor<'r, 'a> {
     }
 
     /// Brings all signals through the model over some rows; the first ones of a stretch get its `state`.
-    fn run(
-        &mut self,
-        rows: Range<usize>,
-        start: usize,
-        model: &PolyModel,
-        constant: f64,
-        state: Option<usize>,
-    ) {
+    fn run(&mut self, rows: Range<usize>, start: usize, constant: f64, state: Option<usize>) {
+        let model = &self.model;
         let (t, len) = (rows.start, rows.len());
         let x0: &[f64] = state.map_or(&[], |s| &self.x0[s]);
         let begins = !x0.is_empty();
@@ -282,10 +278,10 @@ impl<'r, 'a> Predictor<'r, 'a> {
         for (i, path) in self.paths.iter_mut().enumerate() {
             let [w, impulse, u @ ..] = path.through.as_mut_slice() else { return };
             let w = w.rows(len);
-            w.fill(0.0);
             for (k, (u, b)) in u.iter_mut().zip(&model.B[i]).enumerate() {
                 delayed(&self.u[i], model.nk[i] + k, t, start, u.rows(len));
-                w.iter_mut().zip(u.late(0, len)).for_each(|(w, u)| *w += b * u);
+                let terms = w.iter_mut().zip(u.late(0, len));
+                terms.for_each(|(w, u)| *w = if k == 0 { b * u } else { *w + b * u });
             }
             impulse.rows(len).fill(0.0);
             let nf = self.orders.nf[i];
@@ -354,16 +350,14 @@ impl Noise {
         begins: bool,
     ) {
         let [eps, impulse, passing @ ..] = self.first.as_mut_slice() else { return };
-        eps.rows(len).fill(0.0);
-        add_product(&model.D, &output.v, eps.rows(len));
+        set_product(&model.D, &output.v, eps.rows(len));
         impulse.rows(len).fill(0.0);
         if begins {
             eps.rows(len).iter_mut().zip(x0).for_each(|(eps, x)| *eps -= x);
             impulse.rows(len)[0] = 1.0;
         }
         for (line, &signal) in passing.iter_mut().zip(&self.passing) {
-            line.rows(len).fill(0.0);
-            add_product(&model.D, plain(output, paths, signal), line.rows(len));
+            set_product(&model.D, plain(output, paths, signal), line.rows(len));
         }
         if let Some(minus_v) = passing.get_mut(self.passing.len()) {
             minus_v.rows(len).iter_mut().zip(output.v.late(0, len)).for_each(|(to, v)| *to = -v);
@@ -396,14 +390,14 @@ fn plain<'s>(output: &'s Output, paths: &'s [Path], signal: Signal) -> &'s Line 
 impl Residuals for Predictor<'_, '_> {
     fn linearise(&mut self, theta: &[f64]) -> Option<Triangle> {
         let n = self.orders.n();
-        let model = self.orders.model(&theta[..n], self.rec.Ts);
+        self.model.set_theta(&theta[..n]);
         let constant = theta.get(n).copied().unwrap_or(0.0);
         if let Some(best) = &self.best {
             self.x0 = best.x0(theta);
         }
         let mut heads = Segmented::new(self.states, self.columns.len() - self.states);
         for s in 0..self.stretches.len() {
-            heads.push(self.stretch(s, &model, constant));
+            heads.push(self.stretch(s, constant));
         }
         let common = heads.common().clone();
         let cost: f64 = (0..common.n()).map(|i| common.at(i, common.n() - 1).powi(2)).sum();
@@ -418,16 +412,15 @@ impl Residuals for Predictor<'_, '_> {
 
     /// `C` and every `F` with their roots inside the unit circle.
     fn project(&self, theta: &mut [f64]) {
-        let n = self.orders.n();
-        let mut model = self.orders.model(&theta[..n], self.rec.Ts);
-        let unstable = model.F.iter_mut().chain([&mut model.C]).filter(|p| !is_stable(p));
-        let mut changed = false;
-        for p in unstable {
-            *p = reflected(p);
-            changed = true;
-        }
-        if changed {
-            theta[..n].copy_from_slice(&model.theta());
+        let Orders { na, nb, nc, nd, nf, .. } = self.orders;
+        let mut from = na + nb.iter().sum::<usize>();
+        for (n, skip) in std::iter::once((*nc, *nd)).chain(nf.iter().map(|&nf| (nf, 0))) {
+            let own = &mut theta[from..from + n];
+            let p = [&[1.0], &*own].concat();
+            if !is_stable(&p) {
+                own.copy_from_slice(&reflected(&p)[1..]);
+            }
+            from += n + skip;
         }
     }
 
