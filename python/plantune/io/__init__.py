@@ -7,8 +7,9 @@ from os import PathLike
 from typing import Final, Literal
 
 from plantune.errors import refusal
-from plantune.io.assemble import Choice, record_from
+from plantune.io.assemble import record_from
 from plantune.io.csv import open_csv
+from plantune.io.draft import Choice
 from plantune.io.file import contents, format_seen, suffix_of
 from plantune.io.jsonfile import load_model, save_model, to_json, write_json
 from plantune.io.table import Name, Sheet
@@ -34,9 +35,14 @@ def read(
     *,
     r: Name | Sequence[Name] | None = None,
     aux: Name | Sequence[Name] = (),
-    time: Name | None = None,
+    time: Name | Sequence[Name] | None = None,
+    quality: Name | Mapping[Name, Name] | None = None,
     resample: float | None = None,
     missing: Literal["error", "segments", "mask"] = "error",
+    sentinels: Sequence[float] = (),
+    uncertain: Literal["drop", "keep"] = "drop",
+    sort: bool | Literal["segments"] = False,
+    ragged: Literal["error", "skip"] = "error",
     units: Mapping[str, str] | None = None,
     limits: Limits | None = None,
 ) -> Record:
@@ -102,7 +108,23 @@ def read(
     data = contents(path)
     if suffix not in _READERS:
         raise _not_readable(suffix, data)
-    choice = Choice(u, y, Ts, r, aux, time, resample, missing, units or {}, limits or Limits())
+    choice = Choice(
+        u,
+        y,
+        Ts,
+        r,
+        aux,
+        time,
+        quality,
+        resample,
+        missing,
+        tuple(sentinels),
+        uncertain,
+        sort,
+        ragged,
+        units or {},
+        limits or Limits(),
+    )
     return record_from(_READERS[suffix](data), choice)
 
 

@@ -73,3 +73,27 @@ def _too_large(size: int, largest: int) -> PlantuneError:
         limit=float(largest),
         remedy="cut it into parts, or keep only the columns needed",
     )
+
+
+def too_few(rows: int, what: str) -> PlantuneError:
+    """Return the refusal of fewer than two rows (D04)."""
+    return refusal(
+        "D04",
+        f"the file holds {what} and no row of data" if rows == 0 else f"the file holds {what}",
+        count=rows,
+        measured=float(rows),
+        limit=2.0,
+        remedy="give a file with at least two rows of data",
+    )
+
+
+def too_many(count: int, what: str, limit: int) -> PlantuneError:
+    """Return the refusal of more than can be taken (D01)."""
+    return refusal(
+        "D01",
+        f"the file has {count} {what}",
+        count=count,
+        measured=float(count),
+        limit=float(limit),
+        remedy="cut it into parts, or keep only what is needed",
+    )

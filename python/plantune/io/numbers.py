@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.table import Lines, short
+from plantune.io.table import Places, short
 from plantune.record import Floats
 
 MISSING: Final = frozenset({"", "nan", "na", "n/a", "null"})
@@ -52,15 +52,15 @@ class Numbers:
         """Whether so many tokens are no numbers that reading on is idle."""
         return len(self.bad) >= MOST_TOKENS
 
-    def column(self, lines: Lines) -> Floats:
-        """Return the numbers; refuse tokens that are none (D06), `lines` says where they stand."""
+    def column(self, places: Places) -> Floats:
+        """Return the numbers; refuse tokens that are none (D06), `places` says where they stand."""
         if self.first_comma is not None and (self.points or not self.comma_is_free):
             self.bad += self.commas
             self.first_bad = min(
                 self.first_comma, self.N if self.first_bad is None else self.first_bad
             )
         if self.first_bad is not None:
-            raise self._refusal(lines)
+            raise self._refusal(places)
         return np.concatenate(self.parts)
 
     def _number(self, cell: str, row: int) -> float:
@@ -81,7 +81,7 @@ class Numbers:
             return np.nan
         return number
 
-    def _refusal(self, lines: Lines) -> PlantuneError:
+    def _refusal(self, places: Places) -> PlantuneError:
         row = self.first_bad or 0
         total = self.bad.total()
         shown = ", ".join(f"{short(token)} {n}x" for token, n in self.bad.most_common(5))
@@ -91,8 +91,8 @@ class Numbers:
         return refusal(
             "D06",
             f"`{self.name}` holds {at_least}{total} cells that are no numbers, "
-            f"first in file line {lines[row]}: {shown}{more}",
-            where=(self.name, row, None),
+            f"first in {places.said(row)}: {shown}{more}",
+            where=(self.name, places.row(row), None),
             count=total,
             measured=float(total),
             limit=0.0,
