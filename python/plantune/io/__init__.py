@@ -12,6 +12,8 @@ from plantune.io.csv import open_csv
 from plantune.io.draft import Choice
 from plantune.io.file import contents, format_seen, suffix_of
 from plantune.io.jsonfile import load_model, save_model, to_json, write_json
+from plantune.io.mat import open_mat
+from plantune.io.parquet import open_parquet
 from plantune.io.table import Name, Sheet
 from plantune.notes import Limits
 from plantune.record import Record
@@ -24,6 +26,9 @@ _READERS: Final[Mapping[str, Callable[[bytes], Sheet]]] = {
     ".txt": open_csv,
     ".dat": open_csv,
     ".tsv": open_csv,
+    ".mat": open_mat,
+    ".parquet": open_parquet,
+    ".pq": open_parquet,
 }
 
 
