@@ -22,7 +22,6 @@ from plantune.record import Record
 
 def record_from(sheet: Sheet, choice: Choice) -> Record:
     """Return the record that the caller asked for."""
-    check(choice)
     chosen = choose(sheet.columns, choice)
     words = tuple(dict.fromkeys(chosen.quality.values()))
     table = sheet.read(chosen.numbers, chosen.time, words, choice.ragged == "skip")

@@ -21,6 +21,7 @@ from plantune.io.table import (
     Places,
     Table,
     column,
+    inert,
     short,
 )
 from plantune.io.worker import Array, broken, need
@@ -107,7 +108,7 @@ def decode(data: bytes, wanted: Sequence[int]) -> list[Array]:
     for i in wanted:
         same = [k for k, name in enumerate(table.schema.names) if name == names[i]]
         values = table.column(same[names[:i].count(names[i])])
-        found.append(Array(names[i], _plain(short(names[i]), values)))
+        found.append(Array(names[i], _plain(inert(names[i], i), values)))
     return found
 
 
