@@ -97,7 +97,7 @@ class CsvSheet:
         if lines != len(cells) + self.header or len(cells) < 2:
             return None
         taken = {i: np.ascontiguousarray(cells[str(i)]) for i in (*stamps, *words)}
-        if any((taken[i].view(np.uint8) > 127).any() for i in as_text):
+        if any(taken[i].view(np.uint8).max() > 127 for i in as_text):
             return None  # loadtxt gives Latin-1
         rows = np.arange(len(cells))
         return Table(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -20,9 +20,11 @@ from plantune.io.table import Places, short
 from plantune.record import Floats
 
 Texts = NDArray[np.bytes_]
-Ints = NDArray[np.int64]
+Ints = NDArray[np.int32]
+Rows = NDArray[np.intp]
 
 _MOST_SHAPES: Final = 100
+_AT_ONCE: Final = 100_000  # rows
 _MONTHS: Final = tuple(b"jan feb mar apr may jun jul aug sep oct nov dec".split())
 _CLOCK = (
     rb"(?P<hour>\d\d?):(?P<minute>\d\d)(?::(?P<second>\d\d)(?:[.,](?P<part>\d{1,9}))?)?"
@@ -56,37 +58,42 @@ def is_clock_only(text: bytes) -> bool:
     return re.fullmatch(_CLOCK, text.strip()) is not None
 
 
-def seconds_of_text(texts: Texts, title: str, places: Places) -> tuple[Floats, tuple[str, ...]]:
+def seconds_of_text(
+    columns: Sequence[Texts], title: str, places: Places
+) -> tuple[Floats, tuple[str, ...]]:
     """Return seconds from the earliest stamp, and what to log (D07, D16)."""
-    texts = np.char.strip(texts)
-    longest = max(1, int(np.char.str_len(texts).max()))
-    column = _Column(texts.astype(f"S{longest}"), title, places)
-    empty = np.flatnonzero(column.texts == b"")
-    if len(empty):
-        raise missing(title, empty, places)
+    column = _Column(tuple(columns), title, places)
     clock = _read(column)
     said = _settle_date(column, clock)
     _refuse_outside(column, clock)
     said += _settle_half(column, clock)
-    ns = _nanoseconds(column, clock)
+    ns = _nanoseconds(clock)
     _refuse_lost_half(column, clock, ns)
     if len(clock.zones) > 1:
         raise _mixed_zones(column, clock)
-    first = column.shown(int(ns.argmin()))
+    first = int(ns.argmin())
     zone = "" if clock.zones[0] else ", zone not stated"
-    return (ns - ns.min()) / 1e9, (f"time 0 is {first}{zone}", *said)
+    return (ns - ns[first]) / 1e9, (f"time 0 is {column.shown(first)}{zone}", *said)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Column:
-    texts: Texts
+    columns: tuple[Texts, ...]
     title: str
     places: Places
 
-    def shown(self, k: int) -> str:
-        return bytes(self.texts[k]).decode("utf-8", "replace")
+    def texts(self, part: slice) -> Texts:
+        """Return the stamps of some rows, their columns joined, without white space around."""
+        texts = np.char.strip(self.columns[0][part])
+        for more in self.columns[1:]:
+            texts = np.char.add(np.char.add(texts, b" "), np.char.strip(more[part]))
+        texts = np.char.strip(texts)
+        return texts.astype(f"S{max(1, int(np.char.str_len(texts).max()))}")
 
-    def refusal(self, text: str, rows: Ints, remedy: str, **evidence: float) -> PlantuneError:
+    def shown(self, k: int) -> str:
+        return bytes(self.texts(slice(k, k + 1))[0]).decode("utf-8", "replace")
+
+    def refusal(self, text: str, rows: Rows, remedy: str, **evidence: float) -> PlantuneError:
         """Return D16 for these rows; `{first}` and `{n}` in the text stand for them."""
         k = int(rows[0])
         first = f"{short(self.shown(k))} in {self.places.said(k)}"
@@ -102,39 +109,56 @@ class _Column:
 
 @dataclass(slots=True, eq=False)
 class _Clock:
-    """The fields of every stamp."""
+    """The fields of every stamp.
+
+    `ns` is the part of the second, `half` 0 where not stated, 1 for AM and 2 for PM, `zone` the
+    number in `zones`.
+    """
 
     fields: dict[str, Ints]
-    ns: Ints  # part of the second
-    half: Ints  # 0 not stated, 1 AM, 2 PM
-    zone: Ints  # number in `zones`
     zones: list[str] = field(default_factory=list)
     form: str = ""
 
 
 def _read(column: _Column) -> _Clock:
     """Return the fields of all stamps; refuse those that are none, or of another form."""
-    N = len(column.texts)
-    zeros = np.zeros((len(_FIELDS) + 3, N), np.int64)
-    clock = _Clock(dict(zip(_FIELDS, zeros[3:], strict=True)), *zeros[:3])
-    letters = np.ascontiguousarray(column.texts).view(np.uint8).reshape(N, -1)
-    unread = np.ones(N, bool)
-    for rows in _shapes(letters):
-        form = _form(bytes(column.texts[rows[0]]))
-        clock.form = clock.form or form or ""
-        if form is not None and form == clock.form:
-            unread[rows] = ~_take(clock, column, letters, rows)
-    if unread.any():
-        raise column.refusal(
-            "holds {n} stamps that are no ISO 8601 date and time, nor of one other form, "
-            "first {first}",
-            np.flatnonzero(unread),
-            "write stamps as 2024-01-31T23:59:59.5Z, or as seconds",
-        )
+    N = len(column.places)
+    clock = _Clock({name: np.zeros(N, np.int32) for name in (*_FIELDS, "ns", "half", "zone")})
+    for start in range(0, N, _AT_ONCE):
+        part = slice(start, min(N, start + _AT_ONCE))
+        texts = column.texts(part)
+        empty = np.flatnonzero(texts == b"")
+        if len(empty):
+            raise missing(column.title, start + empty, column.places)
+        unread = _read_part(clock, texts, start)
+        if unread.any():
+            at_least = "" if part.stop == N else "at least "
+            raise column.refusal(
+                f"holds {at_least}{{n}} stamps that are no ISO 8601 date and time, nor of one "
+                "other form, first {first}",
+                start + np.flatnonzero(unread),
+                "write stamps as 2024-01-31T23:59:59.5Z, or as seconds",
+            )
     return clock
 
 
-def _shapes(letters: NDArray[np.uint8]) -> Iterator[Ints]:
+def _read_part(clock: _Clock, texts: Texts, start: int) -> NDArray[np.bool_]:
+    """Fill in the fields of some stamps; return which of them are none."""
+    letters = np.ascontiguousarray(texts).view(np.uint8).reshape(len(texts), -1)
+    unread = np.ones(len(texts), bool)
+    for rows in _shapes(letters):
+        first = bytes(texts[rows[0]])
+        form = _form(first)
+        clock.form = clock.form or form or ""
+        if form is not None and form == clock.form:
+            _take(
+                clock, first, letters if len(rows) == len(letters) else letters[rows], start + rows
+            )
+            unread[rows] = ~_on_calendar(clock, start + rows)
+    return unread
+
+
+def _shapes(letters: NDArray[np.uint8]) -> Iterator[Rows]:
     """Yield the rows of each shape: the same but for the digits; not those of too many shapes."""
     digit = (letters >= ord("0")) & (letters <= ord("9"))
     masked = np.where(digit, np.uint8(ord("0")), letters)
@@ -152,61 +176,50 @@ def _form(text: bytes) -> str | None:
     return next((name for name, stamp in _STAMPS.items() if stamp.fullmatch(text)), None)
 
 
-def _take(
-    clock: _Clock, column: _Column, letters: NDArray[np.uint8], rows: Ints
-) -> NDArray[np.bool_]:
-    """Fill in the fields of the stamps of one shape; return which of them are stamps."""
-    match = _STAMPS[clock.form].fullmatch(bytes(column.texts[rows[0]]))
+def _take(clock: _Clock, first: bytes, letters: NDArray[np.uint8], rows: Rows) -> None:
+    """Fill in the fields of the stamps of one shape, of which one says where each field is."""
+    match = _STAMPS[clock.form].fullmatch(first)
     texts: dict[str, bytes] = {} if match is None else match.groupdict()
     spans = {name: match.span(name) for name, text in texts.items() if match and text}
-    whole = len(rows) == len(letters)
-    digits = letters if whole else letters[rows]
 
     def number(name: str) -> Ints:
-        start, stop = spans[name]
-        value = np.zeros(len(rows), np.int64)
-        for place in range(start, stop):
-            value = 10 * value + (digits[:, place] - ord("0"))
+        value = np.zeros(len(rows), np.int32)
+        for place in range(*spans[name]):
+            value = 10 * value + (letters[:, place] - ord("0"))
         return value
 
     for name in _FIELDS:
         if name in spans:
             clock.fields[name][rows] = number(name)
     if "part" in spans:
-        start, stop = spans["part"]
-        clock.ns[rows] = number("part") * 10 ** (9 - stop + start)
+        clock.fields["ns"][rows] = number("part") * 10 ** (9 - len(texts["part"]))
     if "half" in spans:
-        clock.half[rows] = 1 if texts["half"] in b"Aa" else 2
+        clock.fields["half"][rows] = 1 if texts["half"] in b"Aa" else 2
     if "name" in spans:
         month = texts["name"].lower()
         clock.fields["month"][rows] = _MONTHS.index(month) + 1 if month in _MONTHS else 0
         year = clock.fields["year"]
-        year[rows] += np.where(year[rows] < 100, 2000, 0)
-    _take_zones(clock, column.texts[rows], spans.get("zone"), rows)
-    return _on_calendar(clock, rows)
+        year[rows] += np.where(year[rows] < 100, 2000, 0).astype(np.int32)
+    zone = np.ascontiguousarray(letters[:, slice(*spans["zone"])]) if "zone" in spans else None
+    _take_zones(clock, zone, rows)
 
 
-def _take_zones(clock: _Clock, texts: Texts, span: tuple[int, int] | None, rows: Ints) -> None:
-    if span is None:
-        zones, which = np.array([b""]), np.zeros(len(texts), np.int64)
+def _take_zones(clock: _Clock, letters: NDArray[np.uint8] | None, rows: Rows) -> None:
+    if letters is None:
+        zones, which = np.array([b""]), np.zeros(len(rows), np.int64)
     else:
-        letters = np.ascontiguousarray(texts).view(np.uint8).reshape(len(texts), -1)
-        cut = np.ascontiguousarray(letters[:, slice(*span)])
-        zones, which = np.unique(cut.view(f"S{span[1] - span[0]}")[:, 0], return_inverse=True)
-    numbers = []
-    for zone in zones.tolist():
-        text = zone.decode()
-        if text not in clock.zones:
-            clock.zones.append(text)
-        numbers.append(clock.zones.index(text))
-    clock.zone[rows] = np.array(numbers)[which]
+        texts = letters.view(f"S{letters.shape[1]}")[:, 0]
+        zones, which = np.unique(texts, return_inverse=True)
+    names = [zone.decode() for zone in zones.tolist()]
+    clock.zones.extend([name for name in names if name not in clock.zones])
+    clock.fields["zone"][rows] = np.array([clock.zones.index(name) for name in names])[which]
 
 
-def _on_calendar(clock: _Clock, rows: Ints) -> NDArray[np.bool_]:
+def _on_calendar(clock: _Clock, rows: Rows) -> NDArray[np.bool_]:
     """Whether each of these stamps exists; days and months may yet change places."""
     f = {name: values[rows] for name, values in clock.fields.items()}
     fine = (f["hour"] < 24) & (f["minute"] < 60) & (f["second"] < 60)
-    fine &= (clock.half[rows] == 0) | ((f["hour"] >= 1) & (f["hour"] <= 12))
+    fine &= (clock.fields["half"][rows] == 0) | ((f["hour"] >= 1) & (f["hour"] <= 12))
     if clock.form == "two readings":
         return fine & (np.maximum(f["day"], f["month"]) <= 31)
     return fine & _is_day(f["year"], f["month"], f["day"])
@@ -270,8 +283,8 @@ def _refuse_outside(column: _Column, clock: _Clock) -> None:
 
 def _settle_half(column: _Column, clock: _Clock) -> tuple[str, ...]:
     """Bring hours with AM and PM to 24."""
-    without = np.flatnonzero(clock.half == 0)
-    if len(without) == len(clock.half):
+    without = np.flatnonzero(clock.fields["half"] == 0)
+    if len(without) == len(clock.fields["half"]):
         return ()
     if len(without):
         raise column.refusal(
@@ -280,14 +293,14 @@ def _settle_half(column: _Column, clock: _Clock) -> tuple[str, ...]:
             "write all stamps with AM or PM, or none in 24 hours",
         )
     hour = clock.fields["hour"]
-    hour[:] = hour % 12 + 12 * (clock.half == 2)
+    hour[:] = hour % 12 + 12 * (clock.fields["half"] == 2)
     return ("clock of 12 hours read with AM and PM",)
 
 
-def _refuse_lost_half(column: _Column, clock: _Clock, ns: Ints) -> None:
+def _refuse_lost_half(column: _Column, clock: _Clock, ns: NDArray[np.int64]) -> None:
     """D16 where a clock of hours 1 to 12 without AM or PM goes from 12 back to 1."""
     hour = clock.fields["hour"]
-    if clock.half.any() or hour.min() < 1 or hour.max() > 12:
+    if clock.fields["half"].any() or hour.min() < 1 or hour.max() > 12:
         return
     back = np.flatnonzero((np.diff(ns) < 0) & (hour[:-1] == 12) & (hour[1:] == 1)) + 1
     if len(back):
@@ -299,20 +312,20 @@ def _refuse_lost_half(column: _Column, clock: _Clock, ns: Ints) -> None:
         )
 
 
-def _nanoseconds(column: _Column, clock: _Clock) -> Ints:
+def _nanoseconds(clock: _Clock) -> NDArray[np.int64]:
     """Return nanoseconds from 1970."""
     f = clock.fields
     days = _first_of_month(f["year"], f["month"]).astype("M8[D]").astype(np.int64) + f["day"] - 1
     seconds = ((24 * days + f["hour"]) * 60 + f["minute"]) * 60 + f["second"]
-    return seconds * 1_000_000_000 + clock.ns
+    return seconds * 1_000_000_000 + f["ns"]
 
 
 def _mixed_zones(column: _Column, clock: _Clock) -> PlantuneError:
-    counts = Counter(clock.zone.tolist())
+    counts = Counter(clock.fields["zone"].tolist())
     seen = ", ".join(f"{clock.zones[i] or 'none'} {n}x" for i, n in counts.most_common(4))
     return column.refusal(
         f"mixes time zones: {seen}; first change at {{first}}",
-        np.flatnonzero(clock.zone != clock.zone[0]),
+        np.flatnonzero(clock.fields["zone"] != clock.fields["zone"][0]),
         "write all stamps in one zone, best UTC",
         measured=float(len(clock.zones)),
         limit=1.0,

@@ -68,11 +68,10 @@ def seconds(columns: Sequence[Cells], title: str, places: Places) -> tuple[Float
     if len(columns) == 2:
         if any(column.dtype.kind != "S" for column in columns):
             raise _no_pair(title, places)
-        texts = np.char.add(np.char.add(columns[0].astype(np.bytes_), b" "), columns[1].astype("S"))
-        return seconds_of_text(texts, title, places)
+        return seconds_of_text([c.astype(np.bytes_, copy=False) for c in columns], title, places)
     stamps = columns[0]
     if stamps.dtype.kind == "S":
-        return seconds_of_text(stamps.astype(np.bytes_), title, places)
+        return seconds_of_text([stamps.astype(np.bytes_, copy=False)], title, places)
     absent = np.isnat(stamps) if stamps.dtype.kind == "M" else ~np.isfinite(stamps)
     if absent.any():
         raise missing(title, np.flatnonzero(absent), places)
