@@ -12,6 +12,7 @@ from plantune.io.draft import Choice, Names
 from plantune.io.table import Column, Name, short
 
 _TIME_NAMES: Final = ("time", "timestamp", "datetime", "t", "date")
+_CHINESE: Final = {"时间": "time", "時間": "time", "日期": "date"}
 _FIRST_WORD = re.compile(r"[^\W_]+")
 
 
@@ -97,7 +98,7 @@ def _called_time(columns: tuple[Column, ...], taken: tuple[int, ...]) -> tuple[i
     found: dict[str, int] = {}
     for i, word in enumerate(words):
         if word and i not in taken and columns[i].length == length:
-            found.setdefault(word[0], i)
+            found.setdefault(_CHINESE.get(word[0], word[0]), i)
     if {"date", "time"} <= found.keys():
         return found["date"], found["time"]
     return tuple(found[name] for name in _TIME_NAMES if name in found)[:1]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
 from plantune.io.dates import looks_like_stamp
-from plantune.io.encoding import encoding_of
+from plantune.io.encoding import UTF_8, encoding_of
 from plantune.io.file import refuse_binary, too_few, too_many
 from plantune.io.numbers import Numbers, writes_number
 from plantune.io.table import (
@@ -25,7 +25,16 @@ from plantune.io.table import (
     Table,
     column,
 )
-from plantune.io.text import WHITE, Lines, Rows, Text, count_lines, delimiter_of, is_blank
+from plantune.io.text import (
+    WHITE,
+    Lines,
+    Rows,
+    Text,
+    count_lines,
+    delimiter_of,
+    is_blank,
+    refuse_long_line,
+)
 
 _CELLS_AT_ONCE: Final = 10_000  # stays in the cache
 
@@ -36,7 +45,10 @@ def open_csv(data: bytes) -> CsvSheet:
     encoding = encoding_of(data)
     if count_lines(data) > MOST_LINES:
         raise too_many(count_lines(data), "lines", MOST_LINES)
-    text = Text(data, encoding, delimiter_of(data, encoding))
+    if encoding != UTF_8:
+        data = data.decode(encoding).encode()
+    refuse_long_line(data)
+    text = Text(data, delimiter_of(data))
     cells = next((cells for _, cells in text.rows() if not is_blank(cells)), None)
     if cells is None:
         raise too_few(0, "nothing")
@@ -44,7 +56,7 @@ def open_csv(data: bytes) -> CsvSheet:
         raise too_many(len(cells), "columns", MOST_COLUMNS)
     header = not any(writes_number(cell) or looks_like_stamp(cell) for cell in cells)
     columns = tuple(column(cell if header else "", i) for i, cell in enumerate(cells))
-    return CsvSheet(columns, text, header)
+    return CsvSheet(columns, text, header, encoding)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +66,7 @@ class CsvSheet:
     columns: tuple[Column, ...]
     text: Text
     header: bool
+    encoding: str
 
     def read(
         self,
@@ -72,8 +85,8 @@ class CsvSheet:
         """Read a file without any blemish, ten times faster; None where there is one."""
         data, delimiter = self.text.data, self.text.delimiter
         lines = count_lines(data)
-        odd = self.text.encoding != "utf-8-sig" or data.count(b'"') % 2  # a quote not closed
-        if odd or lines * len(self.columns) > len(data) + 1:
+        unclosed = data.count(b'"') % 2
+        if unclosed or lines * len(self.columns) > len(data) + 1:
             return None  # fewer bytes than cells is ragged, and takes much memory to find out
         as_text = self._as_text(stamps, words)
         kinds = dict.fromkeys(range(len(self.columns)), "U1")
@@ -154,9 +167,9 @@ class CsvSheet:
             self.text.delimiter, self.text.delimiter
         )
         read = f"read {N} rows of {len(self.columns)} columns, delimiter {delimiter}"
-        if self.text.encoding == "utf-8-sig":
+        if self.encoding == UTF_8:
             return (read,)
-        return (read, f"text read as {self.text.encoding.upper()}")
+        return (read, f"text read as {self.encoding.upper()}")
 
 
 class _Body:

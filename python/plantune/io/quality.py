@@ -26,6 +26,8 @@ _WORDS: Final = {
 }
 _BEGINNINGS: Final = ("good", "uncertain", "bad")  # of the names of OPC, as in `BadSensorFailure`
 _CLASSIC: Final = ((0, 63, BAD), (64, 127, UNCERTAIN), (192, 255, GOOD))
+_MOST_WORDS: Final = 10_000  # distinct; a column of more is no quality
+_AT_ONCE: Final = 100_000  # rows
 _UA: Final = np.array([GOOD, UNCERTAIN, BAD, _UNKNOWN], np.int8)  # by the top two of 32 bits
 
 
@@ -67,8 +69,7 @@ def grades(cells: Cells, title: str, places: Places) -> Grades:
     if cells.dtype.kind == "M":
         raise _unknown(np.unique(cells.astype(str)), np.arange(len(cells)), title, places)
     if cells.dtype.kind == "S":
-        tokens, which = np.unique(np.char.strip(cells.astype(np.bytes_)), return_inverse=True)
-        words = [bytes(token).decode("utf-8", "replace") for token in tokens]
+        words, which = _vocabulary(cells.astype(np.bytes_, copy=False), title, places)
         numbers = np.array([_number(word) for word in words])
         named = np.array([_of_word(word) for word in words], np.int8)
     else:
@@ -76,11 +77,28 @@ def grades(cells: Cells, title: str, places: Places) -> Grades:
         words = [f"{number:g}" for number in numbers]
         named = np.where(np.isnan(numbers), BAD, _UNKNOWN).astype(np.int8)
     found = np.where(np.isnan(numbers), named, _of_numbers(numbers, title, places))
-    grade = found.astype(np.int8)[which.ravel()]
+    grade = found.astype(np.int8)[which]
     unknown = np.flatnonzero(grade == _UNKNOWN)
     if len(unknown):
-        raise _unknown([words[k] for k in which.ravel()[unknown]], unknown, title, places)
+        raise _unknown([words[k] for k in which[unknown]], unknown, title, places)
     return grade
+
+
+def _vocabulary(
+    cells: NDArray[np.bytes_], title: str, places: Places
+) -> tuple[list[str], NDArray[np.int64]]:
+    """Return the distinct words, and for each cell the number of its word."""
+    numbers: dict[bytes, int] = {}
+    which = np.zeros(len(cells), np.int64)
+    for start in range(0, len(cells), _AT_ONCE):
+        part = slice(start, start + _AT_ONCE)
+        tokens, of_token = np.unique(np.char.strip(cells[part]), return_inverse=True)
+        own = [numbers.setdefault(token, len(numbers)) for token in tokens.tolist()]
+        which[part] = np.array(own)[of_token.ravel()]
+        if len(numbers) > _MOST_WORDS:
+            first = [token.decode("utf-8", "replace") for token in tokens.tolist()]
+            raise _unknown(first, np.arange(start, start + len(tokens)), title, places)
+    return [token.decode("utf-8", "replace") for token in numbers], which
 
 
 def _of_word(word: str) -> int:

@@ -17,6 +17,7 @@ from plantune.errors import PlantuneError, refusal
 
 WHITE: Final = " "
 _DELIMITERS: Final = ("\t", ";", ",", WHITE)  # where several fit equally, the first
+_LONGEST_LINE: Final = 2**21  # bytes; ten thousand columns of numbers take a tenth
 _SAMPLE: Final = 50  # lines that show the delimiter
 
 Rows = list[list[str]]
@@ -25,15 +26,14 @@ Lines = NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    """A text and how to split it."""
+    """A text in UTF-8 and how to split it."""
 
     data: bytes
-    encoding: str
     delimiter: str
 
     def open(self) -> TextIOWrapper:
         """Return the characters as a file."""
-        return TextIOWrapper(BytesIO(self.data), self.encoding)
+        return TextIOWrapper(BytesIO(self.data), "utf-8-sig")
 
     def rows(self) -> Iterator[tuple[int, list[str]]]:
         """Yield every row with the line on which it ends; a refusal names where it begins."""
@@ -76,14 +76,32 @@ def count_lines(data: bytes) -> int:
     return ends + (not data.endswith((b"\n", b"\r")))
 
 
+def refuse_long_line(data: bytes) -> None:
+    """Refuse a line that no table has, before it is split into millions of fields (D01)."""
+    end = b"\n" if b"\n" in data else b"\r"
+    ends = np.flatnonzero(np.frombuffer(data, np.uint8) == end[0])
+    lengths = np.diff(ends, prepend=-1, append=len(data)) - 1
+    k = int(lengths.argmax())
+    if lengths[k] > _LONGEST_LINE:
+        raise refusal(
+            "D01",
+            f"file line {k + 1} has {lengths[k]} bytes",
+            where=(f"line {k + 1}", None, None),
+            count=1,
+            measured=float(lengths[k]),
+            limit=float(_LONGEST_LINE),
+            remedy="look for missing line ends",
+        )
+
+
 def is_blank(cells: list[str]) -> bool:
     """Whether a row holds nothing."""
     return not cells or (len(cells) == 1 and not cells[0].strip())
 
 
-def delimiter_of(data: bytes, encoding: str) -> str:
+def delimiter_of(data: bytes) -> str:
     """Return the delimiter that splits most of the first lines into equally many fields."""
-    text = TextIOWrapper(BytesIO(data), encoding)
+    text = TextIOWrapper(BytesIO(data), "utf-8-sig")
     lines = list(islice((line for line in text if line.strip()), _SAMPLE))
 
     def agreeing(delimiter: str) -> int:
