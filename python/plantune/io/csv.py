@@ -201,21 +201,24 @@ class _Body:
 
     def _sorted_out(self, lines: Lines, rows: Rows) -> tuple[Lines, Lines, Rows]:
         """Leave out the header, blank lines and ragged rows, which count all the same."""
-        kept: list[int] = []
-        numbers: list[int] = []
-        for k, cells in enumerate(rows):
-            if is_blank(cells):
-                self.blank += 1
-            elif self.skip:
-                self.skip = 0
-            elif len(cells) == self.width:
-                numbers.append(self.N + self.ragged + len(kept))
-                kept.append(k)
-            else:
-                if self.first_ragged is None:
-                    self.first_ragged = (self.N + len(kept), int(lines[k]), len(cells))
+        widths = np.fromiter(map(len, rows), np.int64, len(rows))
+        doubtful = widths != (-1 if self.skip or self.width == 1 else self.width)
+        keep, counts = np.ones((2, len(rows)), bool)
+        before = self.N + self.ragged
+        for k in np.flatnonzero(doubtful).tolist():
+            if is_blank(rows[k]) or self.skip:
+                keep[k] = counts[k] = False
+                self.blank += is_blank(rows[k])
+                self.skip = int(self.skip and is_blank(rows[k]))
+            elif widths[k] != self.width:
+                keep[k] = False
                 self.ragged += 1
-        return np.array(numbers, np.int64), lines[kept], [rows[k] for k in kept]
+                if self.first_ragged is None:
+                    row = before + int(counts[:k].sum())
+                    self.first_ragged = (row, int(lines[k]), int(widths[k]))
+        kept = np.flatnonzero(keep)
+        numbers = before + np.cumsum(counts) - 1
+        return numbers[kept], lines[kept], [rows[k] for k in kept.tolist()]
 
     def places(self) -> Places:
         """Return the place of each row, once all were of one width and at least two."""

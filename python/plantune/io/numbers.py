@@ -31,6 +31,7 @@ class Numbers:
         self.points = False
         self.commas: Counter[str] = Counter()
         self.bad: Counter[str] = Counter()
+        self.words: dict[str, str] = {}  # cells seen that are no numbers, each as "nan"
         self.first_comma: int | None = None
         self.first_bad: int | None = None
 
@@ -38,14 +39,32 @@ class Numbers:
         """Convert the next rows."""
         text = "".join(cells)
         self.points |= "." in text
-        try:
-            if "_" in text:  # Python's own way to write a number, not a file's
-                raise ValueError
-            part = np.fromiter(map(float, cells), np.float64, len(cells))
-        except ValueError:
+        part = self._at_once(cells, text)
+        if part is None:
             part = np.array([self._number(cell, k) for k, cell in enumerate(cells, self.N)])
         self.parts.append(part)
         self.N += len(cells)
+
+    def _at_once(self, cells: Sequence[str], text: str) -> Floats | None:
+        """Convert cells that are numbers, or words and decimal commas seen before."""
+        if "_" in text:  # Python's own way to write a number, not a file's
+            return None
+        commas = text.count(",") if self.first_comma is not None and self.comma_is_free else 0
+        plain = [self.words.get(cell, cell) for cell in cells] if self.words else cells
+        if commas:
+            plain = "\n".join(plain).replace(",", ".").split("\n")
+        try:
+            part = np.fromiter(map(float, plain), np.float64)
+        except ValueError:
+            return None
+        if len(part) != len(cells):  # a line break in a quoted cell
+            return None
+        if commas:
+            self.commas["…"] += commas
+        if self.bad:
+            again = Counter(cell.strip() for cell in cells if cell in self.words)
+            self.bad.update({token: n for token, n in again.items() if token in self.bad})
+        return part
 
     @property
     def is_text(self) -> bool:
@@ -63,12 +82,13 @@ class Numbers:
             raise self._refusal(places)
         return np.concatenate(self.parts)
 
-    def _number(self, cell: str, row: int) -> float:
-        cell = cell.strip()
+    def _number(self, raw: str, row: int) -> float:
+        cell = raw.strip()
         if cell in self.bad:
             self.bad[cell] += 1
             return np.nan
         if cell.lower() in MISSING:
+            self._remember(raw)
             return np.nan
         if _DECIMAL_COMMA.fullmatch(cell):
             self.first_comma = row if self.first_comma is None else self.first_comma
@@ -78,8 +98,13 @@ class Numbers:
         if number is None:
             self.first_bad = row if self.first_bad is None else self.first_bad
             _count(self.bad, cell)
+            self._remember(raw)
             return np.nan
         return number
+
+    def _remember(self, cell: str) -> None:
+        if len(self.words) < MOST_TOKENS:
+            self.words[cell] = "nan"
 
     def _refusal(self, places: Places) -> PlantuneError:
         row = self.first_bad or 0
