@@ -183,12 +183,11 @@ def _grid(
 
 def _rows(grids: list[NDArray[np.float64]], Ts: float) -> NDArray[np.int64]:
     """Count the grid from the first stamp, a segment whose clock was set back behind the others."""
-    rows, last = [], -1
+    rows: list[NDArray[np.int64]] = []
     for t in grids:
-        since_start = np.rint((t - grids[0][0]) / Ts).astype(np.int64)
-        own = since_start + max(0, last + 1 - int(since_start[0]))
-        rows.append(own)
-        last = int(own[-1])
+        begin = round(float(t[0] - grids[0][0]) / Ts)
+        begin = max(begin, int(rows[-1][-1]) + 1) if rows else begin
+        rows.append(begin + np.rint((t - t[0]) / Ts).astype(np.int64))
     return np.concatenate(rows)
 
 
