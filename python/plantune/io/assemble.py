@@ -132,9 +132,8 @@ def _counting(
     _refuse_output_equal_to_input(draft, chosen)
     draft = without_sentinels(draft, choice.sentinels)
     if chosen.quality:
-        titles = {i: columns[k].title for i, k in chosen.quality.items()}
-        cells = {i: table.cells[k] for i, k in chosen.quality.items()}
-        draft = graded(draft, titles, cells, choice.uncertain == "keep")
+        keep = choice.uncertain == "keep"
+        draft = graded(draft, chosen.quality, columns, table.cells, keep)
     _refuse_infinite(draft, choice.limits)
     return draft
 

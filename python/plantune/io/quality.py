@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
 from plantune.io.draft import Draft
-from plantune.io.table import Cells, Places, short
+from plantune.io.table import Cells, Column, Places, short
 from plantune.notes import Note, Where
 
 BAD, UNCERTAIN, GOOD, _UNKNOWN = range(4)
@@ -31,34 +32,43 @@ _AT_ONCE: Final = 100_000  # rows
 _UA: Final = np.array([GOOD, UNCERTAIN, BAD, _UNKNOWN], np.int8)  # by the top two of 32 bits
 
 
-def graded(draft: Draft, columns: dict[int, str], cells: dict[int, Cells], keep: bool) -> Draft:
+def graded(
+    draft: Draft,
+    quality: Mapping[int, int],
+    columns: Sequence[Column],
+    cells: Mapping[int, Cells],
+    keep: bool,
+) -> Draft:
     """Count values of quality Bad as missing, and Uncertain ones unless they are to be kept.
 
     Parameters
     ----------
     draft : Draft
         The rows.
-    columns : mapping of int to str
-        Name of the quality column of each column of the draft that has one.
+    quality : mapping of int to int
+        For each column of the draft that has one, the number of its quality column.
+    columns : sequence of Column
+        All columns of the file.
     cells : mapping of int to array
-        Its cells.
+        The cells of the quality columns, by number.
     keep : bool
         Whether Uncertain values count.
     """
     x, notes, log, causes = draft.x.copy(), list(draft.notes), list(draft.log), list(draft.causes)
-    for i, title in columns.items():
-        grade = grades(cells[i], title, draft.places)
+    known = {k: grades(cells[k], columns[k].title, draft.places) for k in set(quality.values())}
+    fate = "kept" if keep else "dropped"
+    for i, k in quality.items():
+        name, grade = draft.names[i], known[k]
         bad, uncertain, good = (int(n) for n in np.bincount(grade, minlength=3)[:3])
-        fate = "kept" if keep else "dropped"
         log.append(
-            f"quality of `{draft.names[i]}` from {title}: {good} Good, "
+            f"quality of `{name}` from {columns[k].title}: {good} Good, "
             f"{uncertain} Uncertain {fate}, {bad} Bad dropped"
         )
         x[grade < (UNCERTAIN if keep else GOOD), i] = np.nan
         if bad:
-            causes.append(f"{draft.names[i]}: {bad} of quality Bad")
+            causes.append(f"{name}: {bad} of quality Bad")
         if uncertain and not keep:
-            causes.append(f"{draft.names[i]}: {uncertain} of quality Uncertain")
+            causes.append(f"{name}: {uncertain} of quality Uncertain")
         if uncertain:
             notes.append(_doubt(draft, i, grade, fate))
     return replace(draft, x=x, notes=tuple(notes), log=tuple(log), causes=tuple(causes))
