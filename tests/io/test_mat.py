@@ -70,6 +70,13 @@ def test_vectors_of_other_lengths_are_not_in_the_way(read):
     assert (error.code, error.count, error.where[0]) == ("D09", 140, "z")
 
 
+@pytest.mark.parametrize("wanted", [{"time": "short"}, {"quality": "short"}, {"aux": "short"}])
+def test_no_column_is_cut_to_the_length_of_another(read, wanted):
+    with pytest.raises(pt.DataError) as caught:
+        read({"u": U, "y": Y, "short": 192.0 + 0 * T[:50]}, Ts=0.5, **wanted)
+    assert caught.value.code == "D09" and caught.value.where[0] == "short"
+
+
 def test_missing_and_complex_values(read):
     y = Y.copy()
     y[7] = np.nan

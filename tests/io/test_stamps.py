@@ -150,6 +150,8 @@ def test_dates_and_times_under_chinese_names(read):
 def test_a_whole_stamp_beside_a_date_is_enough(read):
     rec = read(table(stamps("%Y-%m-%d"), stamps("%Y-%m-%dT%H:%M:%S"), header="Date,Time,u,y"))
     assert rec.Ts == 1.0 and "time from column Time" in rec.log
+    rec = read(table(stamps("%Y-%m-%d %H:%M:%S"), stamps("%H:%M:%S"), header="Date,Time,u,y"))
+    assert rec.Ts == 1.0 and "time from column Date" in rec.log
     rec = read(table(stamps("%Y-%m-%d"), [str(k) for k in range(N)], header="Date,Time,u,y"))
     assert rec.Ts == 1.0 and "time from column Time" in rec.log
 

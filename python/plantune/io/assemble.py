@@ -14,7 +14,7 @@ from plantune.io.draft import Choice, Draft
 from plantune.io.missing import cut, marked, refuse_missing, without_sentinels
 from plantune.io.order import in_order, on_grid, with_step, without_repeats
 from plantune.io.quality import graded
-from plantune.io.stamps import one_column, seconds
+from plantune.io.stamps import seconds, which_count
 from plantune.io.table import Column, Sheet, Table
 from plantune.notes import Limits
 from plantune.record import Record
@@ -86,7 +86,7 @@ def _draft(columns: Sequence[Column], chosen: Chosen, table: Table, choice: Choi
         t=None,
         places=table.places,
         names=tuple(columns[i].name for i in chosen.numbers),
-        time_name=" ".join(columns[i].title for i in chosen.time),
+        time_name="",
         Ts=None if choice.Ts is None else float(choice.Ts),
         segment=rows - np.arange(len(rows)),
         log=(*table.log, *changed),
@@ -112,9 +112,10 @@ def _timed(draft: Draft, columns: Sequence[Column], chosen: Chosen, table: Table
     time = chosen.time
     if not time:
         return draft
+    if len(time) == 2 and not chosen.time_is_named:
+        time = tuple(time[k] for k in which_count(*(table.cells[i] for i in time)))
     cells = [table.cells[i] for i in time]
-    if len(time) == 2 and not chosen.time_is_named and not one_column(*cells):
-        cells, draft = cells[1:], replace(draft, time_name=columns[time[1]].title)
+    draft = replace(draft, time_name=" ".join(columns[i].title for i in time))
     try:
         t, said = seconds(cells, draft.time_name, draft.places)
     except DataError as error:

@@ -60,8 +60,9 @@ def choose(columns: tuple[Column, ...], choice: Choice) -> Chosen:
     time = _numbers(columns, choice.time) or _called_time(columns, (*u, *y, *r, *aux))
     _refuse_many_times(columns, time)
     named = choice.time is not None
-    _refuse_lengths(columns, (*u, *time) if named else u)
-    return Chosen(u, y, r, aux, time, named, _quality(columns, (*u, *y, *r, *aux), choice))
+    quality = _quality(columns, (*u, *y, *r, *aux), choice)
+    _refuse_lengths(columns, (*u, *(time if named else ()), *quality.values()))
+    return Chosen(u, y, r, aux, time, named, quality)
 
 
 def _numbers(columns: tuple[Column, ...], names: Names) -> tuple[int, ...]:

@@ -36,13 +36,15 @@ _LONGEST_SERIAL_STEP: Final = 1e-3  # days; from there on, seconds are as likely
 Said = tuple[str, ...]
 
 
-def one_column(date: Cells, clock: Cells) -> bool:
-    """Whether two columns are a date and a clock time, so that neither is a stamp alone."""
-    return (
-        date.dtype.kind == clock.dtype.kind == "S"
-        and is_date_only(bytes(date[0]))
-        and is_clock_only(bytes(clock[0]))
-    )
+def which_count(date: Cells, time: Cells) -> tuple[int, ...]:
+    """Return which of two columns called date and time are the stamps: both, or one that is whole.
+
+    Both where they are a date and a clock time in text, as their first cells show.
+    """
+    if time.dtype.kind != "S" or not is_clock_only(bytes(time[0])):
+        return (1,)
+    halves = date.dtype.kind == "S" and is_date_only(bytes(date[0]))
+    return (0, 1) if halves else (0,)
 
 
 def seconds(columns: Sequence[Cells], title: str, places: Places) -> tuple[Floats, Said]:

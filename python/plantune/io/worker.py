@@ -24,7 +24,7 @@ from plantune.io.file import memory_for
 SECONDS: Final = 8.0
 """Processor time of a worker, and with a second more what we wait for it."""
 
-# The same packages as ours, and nothing from the folder that happens to be the current one.
+# Isolated, but for the same packages as ours.
 _START: Final = (
     "import sys; sys.path[:] = sys.argv[1:]; from plantune.io.child import serve; serve()"
 )
@@ -62,7 +62,7 @@ def decode(format: str, data: bytes, wanted: Sequence[int] = ()) -> list[Array]:
     }
     try:
         done = subprocess.run(
-            [sys.executable, "-I", "-c", _START, *filter(None, sys.path)],
+            [sys.executable, "-I", "-c", _START, *(path or os.getcwd() for path in sys.path)],
             input=json.dumps(request).encode() + b"\n" + data,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -72,7 +72,7 @@ def decode(format: str, data: bytes, wanted: Sequence[int] = ()) -> list[Array]:
         )
     except subprocess.TimeoutExpired:
         raise _too_slow(len(data)) from None
-    if done.returncode == -getattr(signal, "SIGXCPU", 0):
+    if done.returncode < 0 and -done.returncode == getattr(signal, "SIGXCPU", 0):
         raise _too_slow(len(data))
     head, _, body = done.stdout.partition(b"\n")
     if done.returncode or not head:
