@@ -219,6 +219,14 @@ def test_a_clock_set_back_cuts_segments(read):
     assert grid.starts.tolist() == [0, 100, 250] and np.array_equal(np.unique(grid.rows), grid.rows)
 
 
+@pytest.mark.parametrize("wanted", [{}, {"resample": 1.0}])
+def test_segments_of_one_row_are_d04(read, wanted):
+    lines = table([str(N - k) for k in range(N)]).splitlines()
+    with pytest.raises(pt.DataError) as caught:
+        read("\n".join(lines[:4]), sort="segments", **wanted)
+    assert caught.value.code == "D04" and caught.value.remedy
+
+
 def test_segments_of_another_step_are_refused(read):
     t = np.where(np.arange(N) < 200, np.arange(N), 0.5 * np.arange(N))
     with pytest.raises(pt.DataError) as caught:

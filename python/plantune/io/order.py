@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from plantune import _core
 from plantune.errors import DataError, PlantuneError, refusal
 from plantune.io.draft import Choice, Draft
+from plantune.io.file import too_few
 from plantune.io.table import MOST_LINES
 from plantune.notes import Limits, Note, Where
 
@@ -147,6 +148,8 @@ def on_grid(draft: Draft, held: list[bool], Ts: float) -> Draft:
         why = "needs a column of time stamps" if draft.t is None else f"and Ts {draft.Ts} disagree"
         raise refusal("U01", f"`resample` = {Ts:g} {why}", remedy="name it: time=, without Ts=")
     parts = [part for part in draft.parts if part.stop - part.start > 1]
+    if not parts:
+        raise too_few(1, f"{len(draft.parts)} segments of one row each")
     _refuse_long_grid(draft, parts, Ts)
     grids = [_grid(draft, part, held, Ts) for part in parts]
     t = np.concatenate([grid[0] for grid in grids])
