@@ -1,23 +1,27 @@
-"""A look into a file before anything is decided: its columns, its stamps, all that is wrong."""
+"""A look into files before anything is decided: its columns, its stamps, all that is wrong."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plantune import _core
 from plantune.analyze import DelayScan, delay, health
 from plantune.errors import DataError, PlantuneError
 from plantune.io import open_sheet, read
-from plantune.io.choose import Names, choose
-from plantune.io.stamps import seconds
-from plantune.io.table import Name, Sheet
-from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of
+from plantune.io.choose import choose_time
+from plantune.io.draft import Names
+from plantune.io.numbers import Numbers
+from plantune.io.several import joined, names_of
+from plantune.io.stamps import seconds, which_count
+from plantune.io.table import Cells, Places, Sheet
+from plantune.notes import DEFAULT_LIMITS, Limits, Note, merged, note_of
 from plantune.record import Floats, Record
 
 MOST_ORDER: Final = 8
@@ -62,17 +66,26 @@ class Stamps:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Inspection:
-    r"""What was seen in a file.
+class FileSeen:
+    """One file: its name, every column, and the time stamps where they can be read."""
+
+    name: str
+    columns: tuple[ColumnSeen, ...]
+    stamps: Stamps | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inspection(FileSeen):
+    r"""What was seen in a file, or in several that make one record.
 
     Attributes
     ----------
     name : str
-        Of the file.
+        Of the first file.
     columns : tuple of ColumnSeen
-        Every column.
+        Every column of it.
     stamps : Stamps or None
-        The column of time stamps, where there is one that can be read.
+        Its time stamps, where there are some that can be read.
     record : str
         The record that these columns make; empty where they make none.
     excitation : mapping of name to int
@@ -81,6 +94,8 @@ class Inspection:
         From each input, where it can be scanned.
     findings : tuple of Note
         All that is wrong or in doubt; severity "error" for what every other verb refuses.
+    others : tuple of FileSeen
+        The further files.
 
     Examples
     --------
@@ -97,37 +112,36 @@ class Inspection:
     (0.5, ('D07', 'error'))
     """
 
-    name: str
-    columns: tuple[ColumnSeen, ...]
-    stamps: Stamps | None
     record: str
     excitation: Mapping[str, int]
     delay: Mapping[str, DelayScan]
     findings: tuple[Note, ...]
+    others: tuple[FileSeen, ...] = ()
 
     def __bool__(self) -> bool:
         return all(note.severity != "error" for note in self.findings)
 
 
 def inspect(
-    path: str | PathLike[str],
+    path: str | PathLike[str] | Sequence[str | PathLike[str]],
     u: Names = None,
     y: Names = None,
     Ts: float | None = None,
     *,
-    time: Name | None = None,
+    time: Names = None,
     limits: Limits | None = None,
     **options: Any,
 ) -> Inspection:
-    r"""List the columns of a file and, given inputs and outputs, all that is wrong with them.
+    r"""List the columns of files and, given inputs and outputs, all that is wrong with them.
 
     Nothing readable is refused: a refusal of `read` is a finding, and where one has a usual way
-    on (missing values, stamps that are not uniform) the look goes on behind it.  Without `u` and
+    on (missing values, ragged rows, stamps that go back or are not uniform) the look goes on behind
+    it.  Without `u` and
     `y` nothing is guessed about which column is which.
 
     Parameters
     ----------
-    path : path
+    path : path, or a list of paths
         As for `read`.
     u, y, Ts, time, limits, **options
         As for `read`.
@@ -152,136 +166,164 @@ def inspect(
     >>> [note.code for note in seen.findings], seen.excitation
     (['X01'], {'power': 0})
     """
+    paths = [path] if isinstance(path, str | PathLike) else list(path)
+    names = names_of(paths)
     limits = limits or DEFAULT_LIMITS
-    findings: list[Note] = []
-    columns: tuple[ColumnSeen, ...] = ()
-    stamps = None
-    options = {**options, "Ts": Ts, "time": time, "limits": limits}
-    try:
-        sheet = open_sheet(path)
-        columns = _names(sheet)
-        columns, stamps = _columns(sheet, time, limits, findings)
-    except PlantuneError as error:
-        if not Path(path).is_file():
-            raise
-        findings.append(note_of(error))
-    rec = None
-    if columns and not (u is None and y is None):
-        rec = _record(path, {**options, "u": u, "y": y}, stamps, findings)
+    options = {**options, "u": u, "y": y, "Ts": Ts, "time": time, "limits": limits}
+    found: list[list[Note]] = [[] for _ in paths]
+    every = list(zip(paths, names, found, strict=True))
+    files = [_file(path, name, time, limits, notes) for path, name, notes in every]
+    records = []
+    if not (u is None and y is None):
+        step = files[0].stamps.step if files[0].stamps else 0.0
+        seen = (here for here, file in zip(every, files, strict=True) if file.columns)
+        records = [_record(path, options, step, notes) for path, _, notes in seen]
+    findings = list(merged(list(zip(names, found, strict=True))))
+    rec = _whole(records, names, findings)
     excitation, scans = _look(rec, limits, findings) if rec else ({}, {})
     return Inspection(
-        name=Path(path).name,
-        columns=columns,
-        stamps=stamps,
+        name=files[0].name,
+        columns=files[0].columns,
+        stamps=files[0].stamps,
         record=str(rec) if rec else "",
         excitation=excitation,
         delay=scans,
         findings=tuple(dict.fromkeys(findings)),
+        others=tuple(files[1:]),
     )
 
 
-# --- the table ---
+# --- the tables ---
 
 
-def _names(sheet: Sheet) -> tuple[ColumnSeen, ...]:
-    return tuple(
-        ColumnSeen(number=i, name=c.name, unit=c.unit, holds="")
-        for i, c in enumerate(sheet.columns)
-    )
+def _file(
+    path: str | PathLike[str], name: str, time: Names, limits: Limits, findings: list[Note]
+) -> FileSeen:
+    """Look at every column of a file; where its table is refused, only names are known."""
+    names: tuple[ColumnSeen, ...] = ()
+    try:
+        sheet = open_sheet(path)
+        names = tuple(
+            ColumnSeen(number=i, name=c.name, unit=c.unit, holds="")
+            for i, c in enumerate(sheet.columns)
+        )
+        columns, stamps = _columns(sheet, names, time, limits, findings)
+    except PlantuneError as error:
+        if not Path(path).is_file():
+            raise
+        findings.append(note_of(error))
+        return FileSeen(name, names, None)
+    return FileSeen(name, columns, stamps)
 
 
 def _columns(
-    sheet: Sheet, time: Name | None, limits: Limits, findings: list[Note]
+    sheet: Sheet,
+    names: Sequence[ColumnSeen],
+    time: Names,
+    limits: Limits,
+    findings: list[Note],
 ) -> tuple[tuple[ColumnSeen, ...], Stamps | None]:
-    """Look at every column; the whole table may be refused, then only names are known."""
-    names = _names(sheet)
+    at = choose_time(sheet.columns, time)
+    cells, places = _cells(sheet, [*at, *(c.number for c in names if c.number not in at)], findings)
+    at = tuple(i for i in at if i in cells)
+    if len(at) == 2 and time is None:
+        at = tuple(at[k] for k in which_count(*(cells[i] for i in at)))
+    seen = {c.number: _column(c, _numbers(c, cells.get(c.number), places)) for c in names}
+    if not at:
+        return tuple(seen.values()), None
+    title = " ".join(sheet.columns[i].title for i in at)
     try:
-        at = choose(sheet.columns, (), (), None, (), time).time
-        numbers = _numbers(sheet, [c.number for c in names if c.number != at])
+        t, said = seconds([cells[i] for i in at], title, places)
     except PlantuneError as error:
         findings.append(note_of(error))
-        return names, None
-    seen = {i: _column(names[i], x) for i, x in numbers.items()}
-    stamps = None
-    if at is not None:
-        others = [i for i, x in numbers.items() if not isinstance(x, PlantuneError)]
-        seen[at], stamps = _stamps(sheet, names[at], others, limits, findings)
-    return tuple(seen[c.number] for c in names), stamps
+        return tuple(seen.values()), None
+    seen |= {i: _column(names[i], t, "stamps") for i in at}
+    return tuple(seen.values()), _stamps(title, t, said, limits, findings)
 
 
-def _numbers(sheet: Sheet, wanted: Sequence[int]) -> dict[int, Floats | PlantuneError]:
-    """Return each column as numbers, or why it is none."""
-    found: dict[int, Floats | PlantuneError] = {}
-    left = list(wanted)
-    while left:
+def _cells(
+    sheet: Sheet, wanted: Sequence[int], findings: list[Note]
+) -> tuple[dict[int, Cells], Places]:
+    """Return the columns as they stand, but for those that are neither numbers, times nor text."""
+    left, as_text, skip = list(wanted), False, False
+    while True:
         try:
-            x = sheet.read(left, None).numbers
+            table = sheet.read((), () if as_text else left, left if as_text else (), skip)
+            return dict(table.cells), table.places
         except DataError as error:
             name = error.where[0] if error.where else ""
-            text = [i for i in left if sheet.columns[i].name == name]
-            if error.code != "D06" or not text:
+            others = [i for i in left if sheet.columns[i].name != name]
+            if error.code == "D06" and not as_text:
+                as_text = True
+            elif error.code == "D05" and not skip:
+                findings.append(note_of(error))
+                skip = True
+            elif error.code == "D11" and 0 < len(others) < len(left):
+                left = others
+            else:
                 raise
-            found |= dict.fromkeys(text, error)
-            left = [i for i in left if i not in text]
-        else:
-            return found | {i: x[:, k] for k, i in enumerate(left)}
-    return found
 
 
-def _column(name: ColumnSeen, x: Floats | PlantuneError, holds: str = "numbers") -> ColumnSeen:
-    if isinstance(x, PlantuneError):
-        return ColumnSeen(name.number, name.name, name.unit, "text", text=x.text)
-    values = x[~np.isnan(x)]
-    return ColumnSeen(
-        name.number,
-        name.name,
-        name.unit,
-        holds,
+def _numbers(
+    name: ColumnSeen, cells: Cells | None, places: Places
+) -> Floats | NDArray[np.datetime64] | str:
+    """Return a column as numbers or as times, or what else it holds."""
+    if cells is None:
+        return "neither numbers nor text"
+    if cells.dtype.kind != "S":
+        return cells  # type: ignore[return-value]
+    numbers = Numbers(name.name, comma_is_free=True)
+    try:
+        numbers.take([cell.decode("utf-8", "replace") for cell in cells.tolist()])
+        return numbers.column(places)
+    except DataError as error:
+        return error.text
+
+
+def _column(
+    name: ColumnSeen, x: Floats | NDArray[np.datetime64] | str, holds: str = "numbers"
+) -> ColumnSeen:
+    if isinstance(x, str):
+        return replace(name, holds="text", text=x)
+    times = x.dtype.kind == "M"
+    values = x[~(np.isnat(x) if times else np.isnan(x))]
+    ends = [] if times or not len(values) else [float(values.min()), float(values.max())]
+    return replace(
+        name,
+        holds="stamps" if times else holds,
         values=len(values),
         missing=len(x) - len(values),
-        low=float(values.min()) if len(values) else None,
-        high=float(values.max()) if len(values) else None,
+        low=ends[0] if ends else None,
+        high=ends[1] if ends else None,
         distinct=len(np.unique(values)),
     )
 
 
 def _stamps(
-    sheet: Sheet, name: ColumnSeen, others: Sequence[int], limits: Limits, findings: list[Note]
-) -> tuple[ColumnSeen, Stamps | None]:
-    """Read a column as time stamps, beside one of numbers; what is wrong with them is found."""
-    if not others:  # a reader gives stamps beside numbers only
-        return _column(name, _numbers(sheet, [name.number])[name.number]), None
-    try:
-        table = sheet.read(others[:1], name.number)
-        if table.stamps is None:
-            return name, None
-        title = sheet.columns[name.number].title
-        t, said = seconds(table.stamps, title, table.lines)
-    except PlantuneError as error:
-        findings.append(note_of(error))
-        return _column(name, error), None
-    seen = _column(name, t, "stamps")
+    title: str, t: Floats, said: tuple[str, ...], limits: Limits, findings: list[Note]
+) -> Stamps | None:
     steps = _core.steps(np.ascontiguousarray(t))
     try:
         _core.uniform_step(np.ascontiguousarray(t), limits)
     except PlantuneError as error:
         findings.append(note_of(error))
-    return seen, None if steps is None else Stamps(column=name.name, said=said, **steps)
+    return None if steps is None else Stamps(column=title, said=said, **steps)
 
 
 # --- the record ---
 
 
 def _record(
-    path: str | PathLike[str],
-    options: dict[str, Any],
-    stamps: Stamps | None,
-    findings: list[Note],
+    path: str | PathLike[str], options: dict[str, Any], step: float, findings: list[Note]
 ) -> Record | None:
-    """Read the record; behind a refusal with a usual way on, go on."""
-    ways: dict[str, dict[str, Any]] = {"D07": {"missing": "segments"}}
-    if stamps is not None and stamps.step > 0:
-        ways["D15"] = {"resample": stamps.step}
+    """Read the record of a file; behind a refusal with a usual way on, go on."""
+    ways: dict[str, dict[str, Any]] = {
+        "D05": {"ragged": "skip"},
+        "D07": {"missing": "segments"},
+        "D13": {"sort": True},
+    }
+    if step > 0:
+        ways["D15"] = {"resample": step}
     while True:
         try:
             return read(path, **options)
@@ -290,6 +332,22 @@ def _record(
             if error.code not in ways:
                 return None
             options = {**options, **ways.pop(error.code)}
+
+
+def _whole(
+    records: Sequence[Record | None], names: Sequence[str], findings: list[Note]
+) -> Record | None:
+    """Return the record of all files, where each of them makes one."""
+    parts = [rec for rec in records if rec is not None]
+    if not parts or len(parts) < len(names):
+        return None
+    if len(parts) == 1:
+        return parts[0]
+    try:
+        return joined(parts, names)
+    except PlantuneError as error:
+        findings.append(note_of(error))
+        return None
 
 
 def _look(

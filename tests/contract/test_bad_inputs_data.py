@@ -407,7 +407,6 @@ def test_a_file_that_is_not_there_is_u01(tmp_path):
     check_cli_refusal(tmp_path, "U01", (), tmp_path / "nosuch.csv", *columns())
 
 
-@pytest.mark.xfail(strict=True, reason="the parser speaks for itself: right exit code, own text")
 @pytest.mark.parametrize("arguments", [columns(Ts="soon"), ["--nonsense"]], ids=" ".join)
 def test_arguments_that_cannot_be_parsed_are_u01_too(tmp_path, arguments):
     check_cli_refusal(tmp_path, "U01", (), write(tmp_path / "a.csv", U, Y), *arguments)

@@ -112,6 +112,45 @@ def test_the_look_goes_on_behind_gaps_and_jitter(tmp_path):
     assert seen.stamps.step == approx(TS, rel=0.02)
 
 
+def test_the_look_goes_on_behind_ragged_rows_and_a_clock_set_back(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = LINES.splitlines(keepends=True)
+    path.write_text("time,u,y\n" + "".join([*rows[500:], "100.0,1\n", *rows[:500]]))
+    seen = pt.inspect(path, u="u", y="y")
+    assert {"D05", "D13"} <= {note.code for note in seen.findings}
+    assert [c.values for c in seen.columns] == [1000, 1000, 1000]
+    assert seen.record
+    assert seen.delay["u"].nk == 1
+
+
+def test_several_files_are_seen_one_by_one_and_as_one_record(tmp_path):
+    first = write(tmp_path / "a.csv", U, Y)
+    second = write(tmp_path / "b.csv", U, with_values(Y, np.nan, [7]))
+    done = plantune("inspect", first, second, *COLUMNS, "--json")
+    seen = strict_json(done.stdout)
+    assert (done.exit_code, seen["name"], [f["name"] for f in seen["others"]]) == (
+        0,
+        "a.csv",
+        ["b.csv"],
+    )
+    assert [f["columns"][2]["missing"] for f in (seen, *seen["others"])] == [0, 1]
+    assert [n["text"][:6] for n in seen["findings"] if n["code"] == "D07"] == ["b.csv:"]
+    assert seen["record"].startswith("Record u -> y: 1999 rows")
+
+
+def test_parquet_and_mat_are_inspected_as_text_is(tmp_path):
+    arrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    mat = pytest.importorskip("scipy.io")
+    parquet.write_table(arrow.table({"time": T, "u": U, "y": Y}), tmp_path / "a.parquet")
+    mat.savemat(tmp_path / "a.mat", {"time": T, "u": U, "y": Y, "short": [1.0, 2.0]})
+    for path in (tmp_path / "a.parquet", tmp_path / "a.mat"):
+        seen = pt.inspect(path, u="u", y="y")
+        assert [c.holds for c in seen.columns[:3]] == ["stamps", "numbers", "numbers"]
+        assert (seen.stamps.step, seen.delay["u"].nk) == (approx(TS), 1)
+        assert bool(seen)
+
+
 def test_columns_are_listed_and_nothing_is_guessed(tmp_path):
     rows = "".join(f"{TS * k:.1f},{U[k]:.0f},Good,{k % 5 or ''}\n" for k in range(100))
     (tmp_path / "a.csv").write_text("time [s],power [V],status,level\n" + rows)

@@ -5,6 +5,7 @@ use crate::limits::Limits;
 use crate::linalg::{Triangle, dot, residual_norm2};
 use crate::note::Place;
 use crate::record::Record;
+use crate::signal::correlate;
 use crate::stats::f_tail;
 
 /// Autoregression that takes up the colour of the output.
@@ -40,18 +41,36 @@ pub fn chance(segments: &[(Vec<f64>, Vec<f64>)]) -> f64 {
 
 /// A delay from `first` samples on at which changes of y clearly follow changes of u, if there is one.
 pub fn follows_later(rec: &Record, input: usize, first: usize) -> Option<usize> {
-    let N = rec.N();
-    let changes = |x: &[f64]| x.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>();
     let (u, y) = (changes(&rec.input(input)), changes(&rec.output_held(0)));
-    let strength = |lag: usize| {
-        let (u, y) = (&u[..N - 1 - lag], &y[lag..]);
-        let moves = u.iter().filter(|x| **x != 0.0).count();
-        let size = dot(u, u).sqrt() * dot(y, y).sqrt();
-        if moves >= 10 && size > 0.0 { (dot(u, y) / size).abs() * (u.len() as f64).sqrt() } else { 0.0 }
+    let (r, u_size, y_size) = (correlate(&u, &y), sizes(u.iter()), sizes(y.iter().rev()));
+    let moves = running(u.iter().map(|x| f64::from(*x != 0.0)));
+    let strength = |lag: usize, r: f64| {
+        let n = u.len() - lag;
+        let size = u_size[n] * y_size[n];
+        if moves[n] >= 10.0 && size > 0.0 { (r / size).abs() * (n as f64).sqrt() } else { 0.0 }
     };
-    let lags = first..N - N / 10;
-    let (lag, most) = lags.map(|lag| (lag, strength(lag))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-    (most > 6.0).then_some(lag)
+    let lags = first..u.len().min(rec.N() - rec.N() / 10);
+    let (lag, _) = lags.map(|lag| (lag, strength(lag, r[lag]))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    // The transform rounds by the whole record, which is much where most of y's motion is before the lag.
+    (strength(lag, dot(&u[..u.len() - lag], &y[lag..])) > 6.0).then_some(lag)
+}
+
+fn changes(x: &[f64]) -> Vec<f64> {
+    x.windows(2).map(|w| w[1] - w[0]).collect()
+}
+
+/// Norm of the first `n` values, for each `n`.
+fn sizes<'a>(x: impl Iterator<Item = &'a f64>) -> Vec<f64> {
+    running(x.map(|x| x * x)).into_iter().map(f64::sqrt).collect()
+}
+
+/// Sum of the first `n` values, for each `n` from 0 on.
+fn running(x: impl Iterator<Item = f64>) -> Vec<f64> {
+    let sums = x.scan(0.0, |sum, x| {
+        *sum += x;
+        Some(*sum)
+    });
+    std::iter::once(0.0).chain(sums).collect()
 }
 
 /// X05: y follows u only after more than the allowed share of the record.
@@ -62,4 +81,58 @@ pub fn beyond(rec: &Record, input: usize, lag: usize, limits: &Limits) -> Error 
         .count(rec.N())
         .measured(lag as f64, limits.X05 * rec.N() as f64)
         .remedy("record at least three times as long as the delay")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+    use crate::signal::prbs;
+
+    /// The same answer lag by lag.
+    fn one_by_one(u: &[f64], y: &[f64], first: usize) -> Option<usize> {
+        let N = u.len();
+        let (u, y) = (changes(u), changes(y));
+        let strength = |lag: usize| {
+            let (u, y) = (&u[..N - 1 - lag], &y[lag..]);
+            let moves = u.iter().filter(|x| **x != 0.0).count();
+            let size = dot(u, u).sqrt() * dot(y, y).sqrt();
+            if moves >= 10 && size > 0.0 { (dot(u, y) / size).abs() * (u.len() as f64).sqrt() } else { 0.0 }
+        };
+        let lags = first..N - N / 10;
+        let (lag, most) = lags.map(|lag| (lag, strength(lag))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (most > 6.0).then_some(lag)
+    }
+
+    fn found(u: &[f64], y: &[f64], first: usize) -> Option<usize> {
+        follows_later(&Record::uniform(u, 1, y, 1, 0.1).expect("fine"), 0, first)
+    }
+
+    #[test]
+    fn a_late_answer_is_found_as_by_direct_sums() {
+        let u = prbs(600, 3, 9, 1).expect("a sequence");
+        for (seed, delay) in [(1, 210), (2, 340), (3, 450)] {
+            let noise = white(600, seed);
+            let late: Vec<f64> =
+                (0..600).map(|t| if t < delay { 0.0 } else { u[t - delay] } + 0.05 * noise[t]).collect();
+            assert_eq!(found(&u, &late, 200), Some(delay));
+            assert_eq!(one_by_one(&u, &late, 200), Some(delay));
+            assert_eq!(found(&u, &noise, 200), one_by_one(&u, &noise, 200));
+        }
+    }
+
+    #[test]
+    fn rounding_of_a_large_early_change_is_no_answer() {
+        let u = prbs(600, 3, 9, 1).expect("a sequence");
+        let mut y = white(600, 4);
+        y[5] = 1e17;
+        assert_eq!(found(&u, &y, 200), None);
+    }
+
+    #[test]
+    fn a_few_rows_follow_nothing() {
+        for N in 2..12 {
+            assert_eq!(found(&white(N, 1), &white(N, 2), 0), None);
+        }
+    }
 }

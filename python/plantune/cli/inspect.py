@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from plantune.cli.main import Json, LimitOption, _column, _limits, app
+from plantune.cli.main import app
+from plantune.cli.options import Json, LimitOption, limits_of
 from plantune.cli.output import fail, print_json
+from plantune.cli.reading import Reading, takes_record
 from plantune.cli.summary import _note
 from plantune.errors import PlantuneError
-from plantune.inspection import ColumnSeen, Inspection, Stamps
+from plantune.inspection import ColumnSeen, FileSeen, Inspection, Stamps
 from plantune.inspection import inspect as look
 from plantune.io import to_json
 
@@ -24,33 +23,11 @@ _MOST_COLUMNS = 50
 
 
 @app.command()
-def inspect(
-    data: Annotated[Path, typer.Argument(help="Record: a CSV file.")],
-    u: Annotated[str | None, typer.Option(help="Input column, by name or number from 0.")] = None,
-    y: Annotated[str | None, typer.Option(help="Output column.")] = None,
-    Ts: Annotated[float | None, typer.Option("--Ts", help="Sample time, seconds.")] = None,
-    r: Annotated[str | None, typer.Option(help="Set-point column.")] = None,
-    time: Annotated[str | None, typer.Option(help="Column of time stamps.")] = None,
-    resample: Annotated[
-        float | None, typer.Option(help="Bring jittered stamps to this step.")
-    ] = None,
-    missing: Annotated[str, typer.Option(help="error, segments or mask.")] = "error",
-    limit: LimitOption = None,
-    as_json: Json = False,
-) -> None:
+@takes_record
+def inspect(reading: Reading, limit: LimitOption = None, as_json: Json = False) -> None:
     """List the columns of a file and all that is wrong with it; nothing readable is refused."""
     try:
-        seen = look(
-            data,
-            u=_column(u),
-            y=_column(y),
-            Ts=Ts,
-            r=_column(r),
-            time=_column(time),
-            resample=resample,
-            missing=missing,
-            limits=_limits(limit),
-        )
+        seen = look(reading.path, **reading.options(), limits=limits_of(limit))
     except PlantuneError as error:
         fail(error, as_json)
         raise typer.Exit(error.exit_code) from None
@@ -62,13 +39,10 @@ def inspect(
 
 def _show(seen: Inspection) -> None:
     console = Console(highlight=False)
-    console.print(Text(seen.name, style="bold"), Text(seen.record, style="dim"), soft_wrap=True)
-    if seen.columns:
-        console.print(_columns(seen.columns[:_MOST_COLUMNS]))
-    if len(seen.columns) > _MOST_COLUMNS:
-        console.print(f"and {len(seen.columns) - _MOST_COLUMNS} more columns")
-    if seen.stamps:
-        console.print(_stamps(seen.stamps), soft_wrap=True)
+    for file in (seen, *seen.others):
+        _show_file(console, file)
+    if seen.record:
+        console.print(Text(seen.record, style="bold"), soft_wrap=True)
     for name, order in seen.excitation.items():
         console.print(f"{name} supports {order} parameters of a linear model", soft_wrap=True)
     for name, scan in seen.delay.items():
@@ -79,6 +53,16 @@ def _show(seen: Inspection) -> None:
             console.print(Text(f"    {note.evidence}", "dim"), soft_wrap=True)
     if not seen.findings:
         console.print("nothing wrong found")
+
+
+def _show_file(console: Console, file: FileSeen) -> None:
+    console.print(Text(file.name, style="bold"), soft_wrap=True)
+    if file.columns:
+        console.print(_columns(file.columns[:_MOST_COLUMNS]))
+    if len(file.columns) > _MOST_COLUMNS:
+        console.print(f"and {len(file.columns) - _MOST_COLUMNS} more columns")
+    if file.stamps:
+        console.print(_stamps(file.stamps), soft_wrap=True)
 
 
 def _columns(columns: tuple[ColumnSeen, ...]) -> Table:

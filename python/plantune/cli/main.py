@@ -9,25 +9,22 @@ from typing import Annotated
 import typer
 
 from plantune import job
+from plantune.cli.options import Json, LimitOption, limits_of
 from plantune.cli.output import as_fields, fail, print_json, write_run
+from plantune.cli.parser import Group
+from plantune.cli.reading import Reading, takes_record
 from plantune.cli.summary import show
 from plantune.datasets import ENGINE_LOOP, engine_loop, hair_dryer
-from plantune.errors import PlantuneError, refusal
-from plantune.io import read
-from plantune.notes import DEFAULT_LIMITS, Limits
+from plantune.errors import PlantuneError
 
 app = typer.Typer(
+    cls=Group,
     help="From plant data to a validated model to a tuned loop.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
 )
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
-LimitOption = Annotated[
-    list[str] | None,
-    typer.Option("--limit", help="Change a threshold, e.g. X02=1e-6; noted in every result."),
-]
 GainMargin = Annotated[float, typer.Option(help="Gain margin asked of the loop, a factor.")]
 
 
@@ -42,17 +39,9 @@ def _plantune() -> None:
 
 
 @app.command()
+@takes_record
 def tune(
-    data: Annotated[Path, typer.Argument(help="Record: a CSV file.")],
-    u: Annotated[str | None, typer.Option(help="Input column, by name or number from 0.")] = None,
-    y: Annotated[str | None, typer.Option(help="Output column.")] = None,
-    Ts: Annotated[float | None, typer.Option("--Ts", help="Sample time, seconds.")] = None,
-    r: Annotated[str | None, typer.Option(help="Set-point column.")] = None,
-    time: Annotated[str | None, typer.Option(help="Column of time stamps.")] = None,
-    resample: Annotated[
-        float | None, typer.Option(help="Bring jittered stamps to this step.")
-    ] = None,
-    missing: Annotated[str, typer.Option(help="error, segments or mask.")] = "error",
+    reading: Reading,
     gain_margin: GainMargin = 3.0,
     out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
         "plantune-out"
@@ -63,19 +52,9 @@ def tune(
     """Take a record to a validated model, PI settings with margins, and a report."""
 
     def work() -> tuple[job.Run, Path]:
-        limits = _limits(limit)
-        rec = read(
-            data,
-            u=_column(u),
-            y=_column(y),
-            Ts=Ts,
-            r=_column(r),
-            time=_column(time),
-            resample=resample,
-            missing=missing,  # type: ignore[arg-type]  # another word is refused
-            limits=limits,
-        )
-        run = job.run(rec, gain_margin=gain_margin, title=data.stem, limits=limits)
+        limits = limits_of(limit)
+        rec = reading.record(limits)
+        run = job.run(rec, gain_margin=gain_margin, title=reading.title, limits=limits)
         return run, write_run(out, run)
 
     run, folder = _attempt(work, as_json)
@@ -124,23 +103,6 @@ def _attempt(work: Callable[[], tuple[job.Run, Path]], as_json: bool) -> tuple[j
     except PlantuneError as error:
         fail(error, as_json)
         raise typer.Exit(error.exit_code) from None
-
-
-def _column(name: str | None) -> str | int | None:
-    return int(name) if name is not None and name.isdigit() else name
-
-
-def _limits(changes: list[str] | None) -> Limits:
-    pairs: dict[str, float] = {}
-    for change in changes or []:
-        code, _, value = change.partition("=")
-        try:
-            pairs[code] = float(value)
-        except ValueError:
-            raise refusal(
-                "U01", f"`--limit` is {change!r}, must be CODE=NUMBER", remedy="--limit X02=1e-6"
-            ) from None
-    return DEFAULT_LIMITS.with_changes(pairs)
 
 
 if __name__ == "__main__":

@@ -1,12 +1,9 @@
-"""Tables of text: delimiter, header, rows (D03 to D06)."""
+"""Tables of text: header and rows to columns (D03 to D06)."""
 
 from __future__ import annotations
 
-import csv
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from io import BytesIO, TextIOWrapper
 from itertools import islice
 from typing import Final
 from warnings import catch_warnings, simplefilter
@@ -15,83 +12,52 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.encoding import encoding_of
-from plantune.io.file import refuse_binary
+from plantune.io.dates import looks_like_stamp
+from plantune.io.encoding import UTF_8, encoding_of
+from plantune.io.file import refuse_binary, too_few, too_many
 from plantune.io.numbers import Numbers, writes_number
-from plantune.io.stamps import looks_like_stamp
-from plantune.io.table import MOST_COLUMNS, MOST_LINES, Column, Lines, Table, column
-from plantune.record import Floats
+from plantune.io.table import (
+    LONGEST_CELL,
+    MOST_COLUMNS,
+    MOST_LINES,
+    Column,
+    Places,
+    Table,
+    beside,
+    column,
+)
+from plantune.io.text import (
+    WHITE,
+    Lines,
+    Rows,
+    Text,
+    count_lines,
+    delimiter_of,
+    is_blank,
+    refuse_long_line,
+)
 
-WHITE: Final = " "
-_DELIMITERS: Final = ("\t", ";", ",", WHITE)  # where several fit equally, the first
-_SAMPLE: Final = 50  # lines that show the delimiter
 _CELLS_AT_ONCE: Final = 10_000  # stays in the cache
-_LONGEST_STAMP: Final = 40
-
-Rows = list[list[str]]
 
 
 def open_csv(data: bytes) -> CsvSheet:
     """Return the table of a text file, its header read."""
     refuse_binary(data)
     encoding = encoding_of(data)
-    if _lines(data) > MOST_LINES:
-        raise _too_many(_lines(data), "lines", MOST_LINES)
-    text = _Text(data, encoding, _delimiter(data, encoding))
-    cells = next((cells for _, cells in text.rows() if not _is_blank(cells)), None)
+    if count_lines(data) > MOST_LINES:
+        raise too_many(count_lines(data), "lines", MOST_LINES)
+    if encoding != UTF_8:
+        data = data.decode(encoding).encode()
+    refuse_long_line(data)
+    text = Text(data, delimiter_of(data))
+    cells = next((cells for _, cells in text.rows() if not is_blank(cells)), None)
     if cells is None:
-        raise _too_few(0, "nothing")
+        raise too_few(0, "nothing")
     if len(cells) > MOST_COLUMNS:
-        raise _too_many(len(cells), "columns", MOST_COLUMNS)
+        raise too_many(len(cells), "columns", MOST_COLUMNS)
     header = not any(writes_number(cell) or looks_like_stamp(cell) for cell in cells)
     columns = tuple(column(cell if header else "", i) for i, cell in enumerate(cells))
-    return CsvSheet(columns, text, header)
-
-
-@dataclass(frozen=True, slots=True)
-class _Text:
-    """A text and how to split it."""
-
-    data: bytes
-    encoding: str
-    delimiter: str
-
-    def open(self) -> TextIOWrapper:
-        return TextIOWrapper(BytesIO(self.data), self.encoding)
-
-    def rows(self) -> Iterator[tuple[int, list[str]]]:
-        """Yield every row with the line on which it ends; a refusal names where it begins."""
-        if self.delimiter == WHITE:
-            yield from ((line, row.split()) for line, row in enumerate(self.open(), 1))
-            return
-        reader = csv.reader(self.open(), delimiter=self.delimiter, strict=True)
-        line = 0
-        try:
-            for cells in reader:
-                line = reader.line_num
-                yield line, cells
-        except csv.Error as error:
-            raise _not_split(line + 1, reader.line_num, str(error)) from None
-
-    def stretches(self, length: int) -> Iterator[tuple[Lines, Rows]]:
-        """Yield the same rows by the thousand, which is several times faster."""
-        text = self.open()
-        white = self.delimiter == WHITE
-        reader = csv.reader(text, delimiter=self.delimiter, strict=True)
-        source = (row.split() for row in text) if white else reader
-        line = 0
-        while rows := self._next(source, length):
-            ends = np.arange(1, len(rows) + 1)
-            if not white and reader.line_num - line != len(rows):  # a quoted cell with line breaks
-                ends += np.cumsum([sum(cell.count("\n") for cell in cells) for cells in rows])
-            yield line + ends, rows
-            line += int(ends[-1])
-
-    def _next(self, source: Iterator[list[str]], length: int) -> Rows:
-        try:
-            return list(islice(source, length))
-        except csv.Error:
-            return [cells for _, cells in self.rows()]  # raises, and says where
+    return CsvSheet(columns, text, header, encoding)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,30 +65,40 @@ class CsvSheet:
     """A text file whose header has been read."""
 
     columns: tuple[Column, ...]
-    text: _Text
+    text: Text
     header: bool
+    encoding: str
 
-    def read(self, numbers: Sequence[int], stamps: int | None) -> Table:
-        """Return these columns as numbers, and one as time stamps."""
-        return self._at_once(numbers, stamps) or self._row_by_row(numbers, stamps)
+    def read(
+        self,
+        numbers: Sequence[int],
+        stamps: Sequence[int] = (),
+        words: Sequence[int] = (),
+        skip_ragged: bool = False,
+    ) -> Table:
+        """Return columns as numbers, as stamps (numbers or text), and as text."""
+        at_once = self._at_once(numbers, stamps, words)
+        return at_once or self._row_by_row(numbers, stamps, words, skip_ragged)
 
-    def _at_once(self, numbers: Sequence[int], stamps: int | None) -> Table | None:
+    def _at_once(
+        self, numbers: Sequence[int], stamps: Sequence[int] = (), words: Sequence[int] = ()
+    ) -> Table | None:
         """Read a file without any blemish, ten times faster; None where there is one."""
         data, delimiter = self.text.data, self.text.delimiter
-        lines = _lines(data)
-        odd = self.text.encoding != "utf-8-sig" or data.count(b'"') % 2  # a quote not closed
-        if odd or lines * len(self.columns) > len(data) + 1:
+        lines = count_lines(data)
+        unclosed = data.count(b'"') % 2
+        if unclosed or lines * len(self.columns) > len(data) + 1:
             return None  # fewer bytes than cells is ragged, and takes much memory to find out
-        kinds = ["f8" if i in numbers else "U1" for i in range(len(self.columns))]
-        if stamps is not None:
-            kinds[stamps] = "f8" if self._first_is_number(stamps) else f"S{_LONGEST_STAMP}"
-        dtype = [(str(i), kind) for i, kind in enumerate(kinds)]
+        as_text = self._as_text(stamps, words)
+        kinds = dict.fromkeys(range(len(self.columns)), "U1")
+        kinds.update(dict.fromkeys((*numbers, *stamps), "f8"))
+        kinds.update(dict.fromkeys(as_text, f"S{LONGEST_CELL}"))
         try:
             with catch_warnings():
                 simplefilter("error")
                 cells = np.loadtxt(
                     self.text.open(),
-                    dtype=dtype,
+                    dtype=[(str(i), kind) for i, kind in kinds.items()],
                     delimiter=None if delimiter == WHITE else delimiter,
                     comments=None,
                     quotechar='"',
@@ -134,105 +110,137 @@ class CsvSheet:
             return None
         if lines != len(cells) + self.header or len(cells) < 2:
             return None
+        taken = {i: np.ascontiguousarray(cells[str(i)]) for i in (*stamps, *words)}
+        if any(taken[i].view(np.uint8).max() > 127 for i in as_text):
+            return None  # loadtxt gives Latin-1
+        rows = np.arange(len(cells))
         return Table(
-            np.stack([cells[str(i)] for i in numbers], axis=1),
-            None if stamps is None else np.ascontiguousarray(cells[str(stamps)]),
-            np.arange(1, len(cells) + 1) + self.header,
+            beside([cells[str(i)] for i in numbers], len(cells)),
+            taken,
+            Places(rows, rows + 1 + self.header),
             self._log(len(cells)),
         )
 
-    def _first_is_number(self, i: int) -> bool:
-        filled = (cells for _, cells in self.text.rows() if not _is_blank(cells))
-        first = next(islice(filled, int(self.header), None), [])
-        return i >= len(first) or writes_number(first[i])
+    def _as_text(self, stamps: Sequence[int], words: Sequence[int]) -> set[int]:
+        """Return the columns to read as text: words, and stamps that do not begin as numbers."""
+        filled = (cells for _, cells in self.text.rows() if not is_blank(cells))
+        first = next(islice(filled, int(self.header), None), []) if stamps else []
+        return {*words, *(i for i in stamps if i < len(first) and not writes_number(first[i]))}
 
-    def _row_by_row(self, numbers: Sequence[int], stamps: int | None) -> Table:
+    def _row_by_row(
+        self,
+        numbers: Sequence[int],
+        stamps: Sequence[int] = (),
+        words: Sequence[int] = (),
+        skip_ragged: bool = False,
+    ) -> Table:
         """Read any file; refuse what is wrong with its place and count."""
-        comma_is_free = self.text.delimiter == ";"
-        columns = {i: Numbers(self.columns[i].name, comma_is_free) for i in numbers}
-        times = None
-        if stamps is not None:
-            times = _Times(self.columns[stamps].name, comma_is_free, self._first_is_number(stamps))
-        body = _Body(self.text, len(self.columns), self.header)
+        as_text = self._as_text(stamps, words)
+        values = {i: self._numbers(i) for i in {*numbers, *stamps} - (as_text - {*numbers})}
+        texts: dict[int, list[NDArray[np.bytes_]]] = {i: [] for i in as_text}
+        body = _Body(self.text, len(self.columns), self.header, skip_ragged)
         for rows in body.stretches():
-            for i, numeric in columns.items():
-                numeric.take([row[i] for row in rows])
-            if times is not None and stamps is not None:
-                times.take([row[stamps] for row in rows])
-            if any(numeric.is_text for numeric in columns.values()):
+            for i, value in values.items():
+                value.take([row[i] for row in rows])
+            for i, text in texts.items():
+                cut = [row[i].encode("utf-8", "replace") for row in rows]
+                text.append(np.array(cut, f"S{LONGEST_CELL}"))
+            if any(values[i].is_text for i in numbers):
                 break
-        lines = body.checked_lines()
-        log = self._log(body.N)
-        if body.blank:
-            log += (f"{body.blank} blank lines skipped",)
-        with_commas = [c.name for c in columns.values() if c.first_comma is not None]
-        if with_commas:
-            log += (f"decimal commas read in {', '.join(with_commas)}",)
+        places = body.places()
+        with_commas = [values[i].name for i in numbers if values[i].first_comma is not None]
+        commas = (f"decimal commas read in {', '.join(with_commas)}",) if with_commas else ()
         return Table(
-            np.stack([columns[i].column(lines) for i in numbers], axis=1),
-            times.column(lines) if times is not None else None,
-            lines,
-            log,
+            beside([values[i].column(places) for i in numbers], len(places)),
+            {
+                i: np.concatenate(texts[i]) if i in texts else values[i].column(places)
+                for i in (*stamps, *words)
+            },
+            places,
+            self._log(body.N) + body.log() + commas,
         )
+
+    def _numbers(self, i: int) -> Numbers:
+        return Numbers(self.columns[i].name, comma_is_free=self.text.delimiter == ";")
 
     def _log(self, N: int) -> tuple[str, ...]:
         delimiter = {"\t": "tab", WHITE: "white space"}.get(
             self.text.delimiter, self.text.delimiter
         )
         read = f"read {N} rows of {len(self.columns)} columns, delimiter {delimiter}"
-        if self.text.encoding == "utf-8-sig":
+        if self.encoding == UTF_8:
             return (read,)
-        return (read, f"text read as {self.text.encoding.upper()}")
+        return (read, f"text read as {self.encoding.upper()}")
 
 
 class _Body:
-    """The rows below the header with their line numbers, all of one width (D05)."""
+    """The rows below the header with their places, all of one width (D05)."""
 
-    def __init__(self, text: _Text, width: int, header: bool) -> None:
+    def __init__(self, text: Text, width: int, header: bool, skip_ragged: bool) -> None:
         self.text = text
         self.width = width
         self.skip = int(header)
+        self.skip_ragged = skip_ragged
         self.N = 0
         self.blank = 0
         self.ragged = 0
         self.first_ragged: tuple[int, int, int] | None = None  # row, line, fields
+        self.rows: list[Lines] = []
         self.lines: list[Lines] = []
 
     def stretches(self) -> Iterator[Rows]:
         """Yield the rows of the right width, and count the others."""
         for lines, rows in self.text.stretches(max(1, _CELLS_AT_ONCE // self.width)):
+            numbers = np.arange(len(rows)) + self.N + self.ragged
             if self.skip or set(map(len, rows)) != {self.width}:
-                lines, rows = self._sorted_out(lines, rows)
+                numbers, lines, rows = self._sorted_out(lines, rows)
             self.N += len(rows)
+            self.rows.append(numbers)
             self.lines.append(lines)
             if rows:
                 yield rows
 
-    def _sorted_out(self, lines: Lines, rows: Rows) -> tuple[Lines, Rows]:
-        """Leave out the header, blank lines and ragged rows."""
-        kept = []
-        for k, cells in enumerate(rows):
-            if _is_blank(cells):
-                self.blank += 1
-            elif self.skip:
-                self.skip = 0
-            elif len(cells) == self.width:
-                kept.append(k)
-            else:
+    def _sorted_out(self, lines: Lines, rows: Rows) -> tuple[Lines, Lines, Rows]:
+        """Leave out the header, blank lines and ragged rows, which count all the same."""
+        widths = np.fromiter(map(len, rows), np.int64, len(rows))
+        doubtful = widths != (-1 if self.skip or self.width == 1 else self.width)
+        keep, counts = np.ones((2, len(rows)), bool)
+        before = self.N + self.ragged
+        for k in np.flatnonzero(doubtful).tolist():
+            if is_blank(rows[k]) or self.skip:
+                keep[k] = counts[k] = False
+                self.blank += is_blank(rows[k])
+                self.skip = int(self.skip and is_blank(rows[k]))
+            elif widths[k] != self.width:
+                keep[k] = False
                 self.ragged += 1
                 if self.first_ragged is None:
-                    self.first_ragged = (self.N + len(kept), int(lines[k]), len(cells))
-        return lines[kept], [rows[k] for k in kept]
+                    row = before + int(counts[:k].sum())
+                    self.first_ragged = (row, int(lines[k]), int(widths[k]))
+        kept = np.flatnonzero(keep)
+        numbers = before + np.cumsum(counts) - 1
+        return numbers[kept], lines[kept], [rows[k] for k in kept.tolist()]
 
-    def checked_lines(self) -> Lines:
-        """Return the line of each row, once all were of one width and at least two."""
-        if self.first_ragged is not None:
-            raise self._ragged(*self.first_ragged)
+    def places(self) -> Places:
+        """Return the place of each row, once all were of one width and at least two."""
+        if self.first_ragged is not None and not self.skip_ragged:
+            raise self._refusal(*self.first_ragged)
         if self.N < 2:
-            raise _too_few(self.N, "one row of data" if self.N else "a header")
-        return np.concatenate(self.lines)
+            raise too_few(self.N, "one row of data" if self.N else "a header")
+        return Places(np.concatenate(self.rows), np.concatenate(self.lines))
 
-    def _ragged(self, row: int, line: int, fields: int) -> PlantuneError:
+    def log(self) -> tuple[str, ...]:
+        """Return what was left out."""
+        said = [f"{self.blank} blank lines skipped"] * bool(self.blank)
+        if self.first_ragged is not None:
+            _, line, fields = self.first_ragged
+            said.append(
+                f"D05: skipped {self.ragged} ragged rows, first file line {line} with {fields} "
+                f"fields instead of {self.width}"
+            )
+        return tuple(said)
+
+    def _refusal(self, row: int, line: int, fields: int) -> PlantuneError:
         return refusal(
             "D05",
             f"file line {line} has {fields} fields, the first line has {self.width}",
@@ -240,98 +248,6 @@ class _Body:
             count=self.ragged,
             measured=float(fields),
             limit=float(self.width),
-            remedy="complete or remove the row; a text with the delimiter in it needs quotes",
+            remedy='complete or remove the row, or skip such rows: ragged="skip"; '
+            "a text with the delimiter in it needs quotes",
         )
-
-
-class _Times:
-    """The time column: numbers if its first cell is one, else text."""
-
-    def __init__(self, name: str, comma_is_free: bool, is_number: bool) -> None:
-        self.numbers = Numbers(name, comma_is_free)
-        self.texts: list[NDArray[np.bytes_]] = []
-        self.is_number = is_number
-
-    def take(self, cells: list[str]) -> None:
-        if self.is_number:
-            self.numbers.take(cells)
-        else:
-            texts = [cell.encode("latin-1", "replace") for cell in cells]
-            self.texts.append(np.array(texts, f"S{_LONGEST_STAMP}"))
-
-    def column(self, lines: Lines) -> Floats | NDArray[np.bytes_]:
-        return self.numbers.column(lines) if self.is_number else np.concatenate(self.texts)
-
-
-def _lines(data: bytes) -> int:
-    ends = max(data.count(b"\n"), data.count(b"\r"))
-    return ends + (not data.endswith((b"\n", b"\r")))
-
-
-def _is_blank(cells: list[str]) -> bool:
-    return not cells or (len(cells) == 1 and not cells[0].strip())
-
-
-def _delimiter(data: bytes, encoding: str) -> str:
-    """Return the delimiter that splits most of the first lines into equally many fields."""
-    text = TextIOWrapper(BytesIO(data), encoding)
-    lines = list(islice((line for line in text if line.strip()), _SAMPLE))
-
-    def agreeing(delimiter: str) -> int:
-        widths = Counter(_width(line, delimiter) for line in lines)
-        return max((n for width, n in widths.items() if width > 1), default=0)
-
-    return max(_DELIMITERS, key=agreeing)
-
-
-def _width(line: str, delimiter: str) -> int:
-    if delimiter == WHITE:
-        return len(line.split())
-    try:
-        return len(next(csv.reader([line], delimiter=delimiter)))
-    except csv.Error:
-        return 1
-
-
-def _not_split(first: int, last: int, reason: str) -> PlantuneError:
-    if "field limit" in reason and first == last:
-        limit = csv.field_size_limit()
-        return refusal(
-            "D01",
-            f"a field in file line {first} has more than {limit} characters",
-            where=(f"line {first}", None, None),
-            count=1,
-            measured=float(limit + 1),
-            limit=float(limit),
-            remedy="look for missing delimiters, or remove the field",
-        )
-    quote = "a quote is not closed" if last > first or "end of data" in reason else reason
-    return refusal(
-        "D05",
-        f"file line {first} cannot be split into fields: {quote}",
-        where=(f"line {first}", None, None),
-        count=1,
-        remedy="close or remove the quote in this line",
-    )
-
-
-def _too_few(rows: int, what: str) -> PlantuneError:
-    return refusal(
-        "D04",
-        f"the file holds {what} and no row of data" if rows == 0 else f"the file holds {what}",
-        count=rows,
-        measured=float(rows),
-        limit=2.0,
-        remedy="give a file with at least two rows of data",
-    )
-
-
-def _too_many(count: int, what: str, limit: int) -> PlantuneError:
-    return refusal(
-        "D01",
-        f"the file has {count} {what}",
-        count=count,
-        measured=float(count),
-        limit=float(limit),
-        remedy="cut it into parts, or keep only what is needed",
-    )

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import codecs
+from typing import Final
 
 from plantune.errors import PlantuneError, refusal
+
+UTF_8: Final = "utf-8-sig"
 
 
 def encoding_of(data: bytes) -> str:
@@ -12,7 +15,7 @@ def encoding_of(data: bytes) -> str:
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return _checked(data, "utf-16")
     try:
-        return _checked(data, "utf-8-sig")
+        return _checked(data, UTF_8)
     except UnicodeDecodeError as error:
         offset = error.start
     try:

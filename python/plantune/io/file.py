@@ -73,3 +73,54 @@ def _too_large(size: int, largest: int) -> PlantuneError:
         limit=float(largest),
         remedy="cut it into parts, or keep only the columns needed",
     )
+
+
+def too_few(rows: int, what: str) -> PlantuneError:
+    """Return the refusal of fewer than two rows (D04)."""
+    return refusal(
+        "D04",
+        f"the file holds {what} and no row of data" if rows == 0 else f"the file holds {what}",
+        count=rows,
+        measured=float(rows),
+        limit=2.0,
+        remedy="give a file with at least two rows of data",
+    )
+
+
+def too_many(count: int, what: str, limit: int) -> PlantuneError:
+    """Return the refusal of more than can be taken (D01)."""
+    return refusal(
+        "D01",
+        f"the file has {count} {what}",
+        count=count,
+        measured=float(count),
+        limit=float(limit),
+        remedy="cut it into parts, or keep only what is needed",
+    )
+
+
+def memory_for(size: int) -> int:
+    """Return the bytes of memory that a file of `size` bytes may take while it is read."""
+    return 10 * size + 200 * 2**20
+
+
+def most_unpacked(size: int) -> int:
+    """Return the bytes that a file of `size` bytes may hold unpacked (D01).
+
+    A hundred times its own, and no more than fits `memory_for` with the copies a record takes; a
+    constant column packs better than that, so a megabyte is always allowed.
+    """
+    return max(2**20, min(100 * size, 2 * size + 32 * 2**20))
+
+
+def too_much_unpacked(unpacked: int | None, size: int) -> PlantuneError:
+    """Return the refusal of a file that holds more than `most_unpacked` (D01)."""
+    seen = "" if unpacked is None else f"{unpacked} "
+    return refusal(
+        "D01",
+        f"the file has {size} bytes and unpacks to {seen or 'too many '}bytes",
+        count=size,
+        measured=float(most_unpacked(size) if unpacked is None else unpacked),
+        limit=float(most_unpacked(size)),
+        remedy="cut it into parts, or keep only the columns needed",
+    )

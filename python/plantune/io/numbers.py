@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.table import Lines, short
+from plantune.io.table import Places, short
 from plantune.record import Floats
 
 MISSING: Final = frozenset({"", "nan", "na", "n/a", "null"})
@@ -31,6 +31,7 @@ class Numbers:
         self.points = False
         self.commas: Counter[str] = Counter()
         self.bad: Counter[str] = Counter()
+        self.words: dict[str, str] = {}  # cells seen that are no numbers, each as "nan"
         self.first_comma: int | None = None
         self.first_bad: int | None = None
 
@@ -38,37 +39,56 @@ class Numbers:
         """Convert the next rows."""
         text = "".join(cells)
         self.points |= "." in text
-        try:
-            if "_" in text:  # Python's own way to write a number, not a file's
-                raise ValueError
-            part = np.fromiter(map(float, cells), np.float64, len(cells))
-        except ValueError:
+        part = self._at_once(cells, text)
+        if part is None:
             part = np.array([self._number(cell, k) for k, cell in enumerate(cells, self.N)])
         self.parts.append(part)
         self.N += len(cells)
+
+    def _at_once(self, cells: Sequence[str], text: str) -> Floats | None:
+        """Convert cells that are numbers, or words and decimal commas seen before."""
+        if "_" in text:  # Python's own way to write a number, not a file's
+            return None
+        commas = text.count(",") if self.first_comma is not None and self.comma_is_free else 0
+        plain = [self.words.get(cell, cell) for cell in cells] if self.words else cells
+        if commas:
+            plain = "\n".join(plain).replace(",", ".").split("\n")
+        try:
+            part = np.fromiter(map(float, plain), np.float64)
+        except ValueError:
+            return None
+        if len(part) != len(cells):  # a line break in a quoted cell
+            return None
+        if commas:
+            self.commas["…"] += commas
+        if self.bad:
+            again = Counter(cell.strip() for cell in cells if cell in self.words)
+            self.bad.update({token: n for token, n in again.items() if token in self.bad})
+        return part
 
     @property
     def is_text(self) -> bool:
         """Whether so many tokens are no numbers that reading on is idle."""
         return len(self.bad) >= MOST_TOKENS
 
-    def column(self, lines: Lines) -> Floats:
-        """Return the numbers; refuse tokens that are none (D06), `lines` says where they stand."""
+    def column(self, places: Places) -> Floats:
+        """Return the numbers; refuse tokens that are none (D06), `places` says where they stand."""
         if self.first_comma is not None and (self.points or not self.comma_is_free):
             self.bad += self.commas
             self.first_bad = min(
                 self.first_comma, self.N if self.first_bad is None else self.first_bad
             )
         if self.first_bad is not None:
-            raise self._refusal(lines)
+            raise self._refusal(places)
         return np.concatenate(self.parts)
 
-    def _number(self, cell: str, row: int) -> float:
-        cell = cell.strip()
+    def _number(self, raw: str, row: int) -> float:
+        cell = raw.strip()
         if cell in self.bad:
             self.bad[cell] += 1
             return np.nan
         if cell.lower() in MISSING:
+            self._remember(raw)
             return np.nan
         if _DECIMAL_COMMA.fullmatch(cell):
             self.first_comma = row if self.first_comma is None else self.first_comma
@@ -78,10 +98,15 @@ class Numbers:
         if number is None:
             self.first_bad = row if self.first_bad is None else self.first_bad
             _count(self.bad, cell)
+            self._remember(raw)
             return np.nan
         return number
 
-    def _refusal(self, lines: Lines) -> PlantuneError:
+    def _remember(self, cell: str) -> None:
+        if len(self.words) < MOST_TOKENS:
+            self.words[cell] = "nan"
+
+    def _refusal(self, places: Places) -> PlantuneError:
         row = self.first_bad or 0
         total = self.bad.total()
         shown = ", ".join(f"{short(token)} {n}x" for token, n in self.bad.most_common(5))
@@ -91,8 +116,8 @@ class Numbers:
         return refusal(
             "D06",
             f"`{self.name}` holds {at_least}{total} cells that are no numbers, "
-            f"first in file line {lines[row]}: {shown}{more}",
-            where=(self.name, row, None),
+            f"first in {places.said(row)}: {shown}{more}",
+            where=(self.name, places.row(row), None),
             count=total,
             measured=float(total),
             limit=0.0,

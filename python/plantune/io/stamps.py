@@ -1,9 +1,8 @@
-"""Time stamps to seconds: numbers in a unit, or ISO 8601 text (D07, D16)."""
+"""Time stamps to seconds: numbers in a unit, times, or text (D07, D16)."""
 
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Sequence
 from typing import Final
 
@@ -11,57 +10,103 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.table import Lines, short
+from plantune.io.dates import is_clock_only, is_date_only, missing, seconds_of_text
+from plantune.io.table import Cells, Places, short
 from plantune.record import Floats
 
-_ISO = re.compile(
-    r"(\d{4})-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:[.,]\d{1,9})?)?\s?(Z|[+-]\d\d(?::?\d\d)?)?"
-)
 _UNIT = re.compile(r"(?:[\[(]\s*|[/_\s])([^\W\d]+)\s*[\])]?$")
 _SECONDS: Final = {
     **dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
-    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e-3),
+    **dict.fromkeys(("ms", "msec", "millis", "millisecond", "milliseconds"), 1e-3),
     **dict.fromkeys(("us", "µs", "μs", "microseconds"), 1e-6),
     **dict.fromkeys(("ns", "nanoseconds"), 1e-9),
     **dict.fromkeys(("min", "minute", "minutes"), 60.0),
     **dict.fromkeys(("h", "hour", "hours"), 3600.0),
     **dict.fromkeys(("d", "day", "days"), 86400.0),
 }
+_1990: Final = 631_152_000.0
 _END_OF_2100: Final = 4_133_980_800.0
 """Seconds from 1970."""
+_SERIALS: Final = (
+    ("a spreadsheet's serials", 32_874, 73_415),  # days from 1900: 1990 to 2100
+    ("MATLAB's serials", 726_834, 767_376),  # days from year 0
+)
+_LONGEST_SERIAL_STEP: Final = 1e-3  # days; from there on, seconds are as likely
+
+Said = tuple[str, ...]
 
 
-def looks_like_stamp(cell: str) -> bool:
-    """Whether a cell is an ISO 8601 date and time."""
-    return _ISO.fullmatch(cell.strip()) is not None
+def which_count(date: Cells, time: Cells) -> tuple[int, ...]:
+    """Return which of two columns called date and time are the stamps: both, or one that is whole.
+
+    Both where they are a date and a clock time in text, as their first cells show.
+    """
+    if time.dtype.kind != "S" or not is_clock_only(bytes(time[0])):
+        return (1,)
+    halves = date.dtype.kind == "S" and is_date_only(bytes(date[0]))
+    return (0, 1) if halves else (0,)
 
 
-def seconds(
-    stamps: Floats | NDArray[np.bytes_], title: str, lines: Lines
-) -> tuple[Floats, tuple[str, ...]]:
+def seconds(columns: Sequence[Cells], title: str, places: Places) -> tuple[Floats, Said]:
     """Return stamps in seconds, and what to log.
 
-    Numbers keep their zero; text counts from its first stamp.
+    Numbers keep their zero; times and text count from the earliest.
+
+    Parameters
+    ----------
+    columns : one array, or two of text
+        The stamps, or their dates and their clock times.
+    title : str
+        Name of the column; a unit at its end counts.
+    places : Places
+        Where each stamp stands.
 
     Raises
     ------
     DataError
-        A stamp is missing (D07), is no ISO 8601, has another zone than the first, or lies outside
-        1990 to 2100 (D16).
+        A stamp is missing (D07), cannot be read in one way only, has another zone than the first,
+        or lies outside 1990 to 2100 (D16).
     """
+    if len(columns) == 2:
+        if any(column.dtype.kind != "S" for column in columns):
+            raise _no_pair(title, places)
+        return seconds_of_text([c.astype(np.bytes_, copy=False) for c in columns], title, places)
+    stamps = columns[0]
     if stamps.dtype.kind == "S":
-        texts = np.char.strip(stamps.astype(np.bytes_)).astype(np.bytes_)
-        return _of_one_shape(texts, title, lines) or _from_texts(texts, title, lines)
-    t = stamps.astype(np.float64)
-    missing = np.flatnonzero(~np.isfinite(t))
-    if len(missing):
-        raise _missing(title, len(missing), int(missing[0]), lines)
-    return _from_numbers(t, title)
+        return seconds_of_text([stamps.astype(np.bytes_, copy=False)], title, places)
+    absent = np.isnat(stamps) if stamps.dtype.kind == "M" else ~np.isfinite(stamps)
+    if absent.any():
+        raise missing(title, np.flatnonzero(absent), places)
+    if stamps.dtype.kind == "M":
+        return _from_times(stamps.astype(stamps.dtype), title, places)
+    return _from_numbers(stamps.astype(np.float64), title)
 
 
-def _from_numbers(stamps: Floats, title: str) -> tuple[Floats, tuple[str, ...]]:
+def _from_times(stamps: NDArray[np.datetime64], title: str, places: Places) -> tuple[Floats, Said]:
+    years = stamps.astype("M8[Y]").astype(np.int64) + 1970
+    outside = np.flatnonzero((years < 1990) | (years > 2100))
+    if len(outside):
+        k = int(outside[0])
+        raise refusal(
+            "D16",
+            f"`{title}` holds {len(outside)} stamps outside 1990 to 2100, "
+            f"first {stamps[k]} in {places.said(k)}",
+            where=(title, places.row(k), None),
+            count=len(outside),
+            measured=float(years[k]),
+            limit=2100.0 if years[k] > 2100 else 1990.0,
+            remedy="set the clock of the logger, or give Ts= and leave the stamps out",
+        )
+    ns = stamps.astype("M8[ns]").view(np.int64)
+    return (ns - ns.min()) / 1e9, (f"time 0 is {stamps.min()}",)
+
+
+def _from_numbers(stamps: Floats, title: str) -> tuple[Floats, Said]:
     unit, scale = _unit(title)
-    t = stamps if scale == 1.0 else stamps * scale
+    t = stamps if scale in (None, 1.0) else stamps * scale
+    said: Said = () if scale in (None, 1.0) else (f"time converted from {unit} to seconds",)
+    if scale is not None and scale > 1.0:  # minutes to days do not count from 1970
+        return t, said
     if t[0] >= _END_OF_2100:
         raise refusal(
             "D16",
@@ -72,16 +117,43 @@ def _from_numbers(stamps: Floats, title: str) -> tuple[Floats, tuple[str, ...]]:
             limit=_END_OF_2100,
             remedy=f"name the unit in the header, for instance '{title.split()[0]} [ms]'",
         )
-    return t, () if scale == 1.0 else (f"time converted from {unit} to seconds",)
+    if t[0] >= _1990:
+        first = np.datetime64(int(t[0]), "s")
+        return t, (*said, f"time counts from 1970: the first stamp is {first}Z")
+    if scale is None:
+        _refuse_serials(t, title)
+    return t, said
 
 
-def _unit(title: str) -> tuple[str, float]:
-    """Return the unit that a title such as `time [ms]` or `t/s` ends in, and its seconds."""
+def _refuse_serials(t: Floats, title: str) -> None:
+    """D16 where days from 1900 or from year 0 are read as seconds."""
+    step = abs(float(t[-1] - t[0])) / max(len(t) - 1, 1)
+    for name, low, high in _SERIALS:
+        if low <= t[0] <= high and step < _LONGEST_SERIAL_STEP:
+            raise refusal(
+                "D16",
+                f"`{title}` begins at {t[0]:.6f} and grows by {step:.3g} a row: "
+                f"the stamps look like days ({name})",
+                where=(title, 0, float(t[0])),
+                count=len(t),
+                measured=step,
+                limit=_LONGEST_SERIAL_STEP,
+                remedy=f"name the unit in the header: '{title.split()[0]} [d]', or '… [s]'",
+            )
+
+
+def _unit(title: str) -> tuple[str, float | None]:
+    """Return the unit that a title such as `time [ms]` or `t/s` ends in, and its seconds.
+
+    None where the title names none: seconds then.
+    """
     match = _UNIT.search(title)
-    unit = match[1].lower() if match else "s"
+    if match is None:
+        return "s", None
+    unit = match[1].lower()
     if unit in _SECONDS:
         return unit, _SECONDS[unit]
-    if match and match[0].endswith(("]", ")")):
+    if match[0].endswith(("]", ")")):
         raise refusal(
             "D16",
             f"the time column `{title}` is in {short(unit)}, which is no known unit of time",
@@ -89,129 +161,14 @@ def _unit(title: str) -> tuple[str, float]:
             count=1,
             remedy="use one of " + ", ".join(["s", "ms", "us", "ns", "min", "h", "d"]),
         )
-    return "s", 1.0
+    return "s", None
 
 
-def _of_one_shape(
-    texts: NDArray[np.bytes_], title: str, lines: Lines
-) -> tuple[Floats, tuple[str, ...]] | None:
-    """Read stamps that differ from the first in digits only; None where others are among them."""
-    first = _ISO.fullmatch(texts[0].decode("latin-1"))
-    if first is None:
-        return None
-    letters = np.ascontiguousarray(texts).view(np.uint8).reshape(len(texts), -1)
-    digit = (letters >= ord("0")) & (letters <= ord("9"))
-    zone = slice(first.start(2), first.end(2)) if first[2] else slice(0)
-    same = (letters == letters[0]) | (digit & digit[0])
-    if not same.all() or (letters[:, zone] != letters[0, zone]).any():
-        return None
-    clock = texts.astype(f"S{first.start(2)}") if first[2] else texts
-    return _from_clock(np.char.strip(clock), texts, first[2], title, lines)
-
-
-def _from_texts(
-    texts: NDArray[np.bytes_], title: str, lines: Lines
-) -> tuple[Floats, tuple[str, ...]]:
-    cells = [text.decode("latin-1") for text in texts.tolist()]
-    matches = [_ISO.fullmatch(cell) for cell in cells]
-    if None in matches:
-        raise _not_iso(texts, [match is None for match in matches], title, lines)
-    zones = [match[2] for match in matches if match is not None]
-    if any(zone != zones[0] for zone in zones):
-        raise _mixed_zones(zones, title, lines)
-    clock = [cell[: len(cell) - len(zones[0] or "")].strip() for cell in cells]
-    return _from_clock(np.array(clock, np.bytes_), texts, zones[0], title, lines)
-
-
-def _from_clock(
-    clock: NDArray[np.bytes_],
-    texts: NDArray[np.bytes_],
-    zone: str | None,
-    title: str,
-    lines: Lines,
-) -> tuple[Floats, tuple[str, ...]]:
-    """Return seconds since the first of dates and times of one zone."""
-    outside = (clock < b"1990") | (clock >= b"2101")
-    if outside.any():
-        raise _outside(texts, np.flatnonzero(outside), title, lines)
-    points = np.char.replace(clock, b",", b".")
-    try:
-        ns = points.astype("datetime64[ns]").view(np.int64)
-    except ValueError:
-        raise _not_iso(texts, [not _on_calendar(t) for t in points], title, lines) from None
-    said = f"time 0 is {texts[0].decode('latin-1')}" + ("" if zone else ", zone not stated")
-    return (ns - ns[0]) / 1e9, (said,)
-
-
-def _on_calendar(text: bytes) -> bool:
-    try:
-        np.datetime64(text.decode("latin-1"), "ns")
-    except ValueError:
-        return False
-    return True
-
-
-def _not_iso(
-    texts: NDArray[np.bytes_], bad: Sequence[bool], title: str, lines: Lines
-) -> PlantuneError:
-    empty = np.flatnonzero(texts == b"")
-    if len(empty):
-        return _missing(title, len(empty), int(empty[0]), lines)
-    row, count = bad.index(True), sum(bad)
+def _no_pair(title: str, places: Places) -> PlantuneError:
     return refusal(
         "D16",
-        f"`{title}` holds {count} stamps that are no ISO 8601 date and time, "
-        f"first {_shown(texts[row])} in file line {lines[row]}",
-        where=(title, row, None),
-        count=count,
-        measured=float(count),
-        limit=0.0,
-        remedy="write stamps as 2024-01-31T23:59:59.5Z, or as seconds",
-    )
-
-
-def _mixed_zones(zones: Sequence[str | None], title: str, lines: Lines) -> PlantuneError:
-    row = next(k for k, zone in enumerate(zones) if zone != zones[0])
-    seen = ", ".join(f"{zone or 'none'} {n}x" for zone, n in Counter(zones).most_common(4))
-    return refusal(
-        "D16",
-        f"`{title}` mixes time zones: {seen}; first change in file line {lines[row]}",
-        where=(title, row, None),
-        count=sum(zone != zones[0] for zone in zones),
-        measured=float(len(set(zones))),
-        limit=1.0,
-        remedy="write all stamps in one zone, best UTC",
-    )
-
-
-def _outside(
-    texts: NDArray[np.bytes_], rows: NDArray[np.intp], title: str, lines: Lines
-) -> PlantuneError:
-    row = int(rows[0])
-    return refusal(
-        "D16",
-        f"`{title}` holds {len(rows)} stamps outside 1990 to 2100, "
-        f"first {_shown(texts[row])} in file line {lines[row]}",
-        where=(title, row, None),
-        count=len(rows),
-        measured=float(texts[row][:4]),
-        limit=2100.0 if texts[row] > b"2100" else 1990.0,
-        remedy="set the clock of the logger, or give Ts= and leave the stamps out",
-    )
-
-
-def _shown(text: bytes) -> str:
-    return short(text.decode("latin-1"))
-
-
-def _missing(title: str, count: int, row: int, lines: Lines) -> PlantuneError:
-    return refusal(
-        "D07",
-        f"`{title}` has no time stamp in {count} of {len(lines)} rows, "
-        f"first in file line {lines[row]}",
-        where=(title, row, None),
-        count=count,
-        measured=count / len(lines),
-        limit=0.0,
-        remedy="remove these rows, or give Ts= and leave the stamps out",
+        f"`{title}`: a date and a clock time in two columns are text, and one of these is not",
+        where=(title, places.row(0), None),
+        count=len(places),
+        remedy="name one column of stamps as time=, or write 2024-01-31 and 23:59:59",
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -16,12 +16,14 @@ from plantune.record import Floats
 Name = str | int
 """How a caller names a column: by its name, or by its number from 0."""
 
-Lines = NDArray[np.int64]
-"""Line in the file of each row."""
+Cells = Floats | NDArray[np.bytes_] | NDArray[np.datetime64]
+"""A column as it stands: numbers with NaN where missing, UTF-8, or times with NaT."""
 
 MOST_COLUMNS: Final = 10_000
 MOST_LINES: Final = 5_000_000
 LONGEST_NAME: Final = 200
+LONGEST_CELL: Final = 40
+"""Bytes kept of a cell that stays text: a time stamp, a word of quality."""
 
 _UNIT = re.compile(r"^(.*\S)\s*\[([^\[\]]*)\]$")
 
@@ -33,15 +35,39 @@ class Column:
     title: str
     name: str
     unit: str = ""
+    length: int | None = None  # where columns of one file may differ
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Places:
+    """Where each row stands: its number below the header and, in a text, its line."""
+
+    rows: NDArray[np.int64]
+    lines: NDArray[np.int64] | None = None
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def said(self, k: int) -> str:
+        """Return the place of row `k` in words."""
+        return f"row {self.rows[k]}" if self.lines is None else f"file line {self.lines[k]}"
+
+    def row(self, k: int) -> int:
+        """Return the number of row `k` in the file."""
+        return int(self.rows[k])
+
+    def take(self, keep: NDArray[np.bool_] | NDArray[np.int64]) -> Places:
+        """Return the places of some rows."""
+        return Places(self.rows[keep], None if self.lines is None else self.lines[keep])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """Columns asked for: numbers with NaN where missing, stamps as numbers or as text."""
+    """Columns asked for: as numbers with NaN where missing; stamps and words as they stand."""
 
     numbers: Floats  # (N, columns asked for)
-    stamps: Floats | NDArray[np.bytes_] | None
-    lines: Lines
+    cells: Mapping[int, Cells]  # by number of the column
+    places: Places
     log: tuple[str, ...]
 
 
@@ -52,14 +78,32 @@ class Sheet(Protocol):
     def columns(self) -> tuple[Column, ...]:
         """All columns, in the order of the file."""
 
-    def read(self, numbers: Sequence[int], stamps: int | None) -> Table:
-        """Return these columns as numbers, and one as time stamps."""
+    def read(
+        self,
+        numbers: Sequence[int],
+        stamps: Sequence[int] = (),
+        words: Sequence[int] = (),
+        skip_ragged: bool = False,
+    ) -> Table:
+        """Return columns as numbers, as stamps (numbers, times or text), and as they stand."""
+
+
+def beside(columns: Sequence[Floats], N: int) -> Floats:
+    """Return columns of `N` rows side by side, as `Table.numbers`; there may be none."""
+    return np.stack(columns, axis=1) if columns else np.empty((N, 0))
 
 
 def column(cell: str, number: int) -> Column:
-    """Return the column that a header cell names; its number where the cell is empty.
+    """Return the column that a header cell names, by its number where the cell is empty."""
+    title = inert(cell, number)
+    match = _UNIT.match(title)
+    return Column(title, match[1], match[2].strip()) if match else Column(title, title)
 
-    The text stays inert: white space is one space, and what does not print is shown as a mark.
+
+def inert(cell: str, number: int) -> str:
+    """Return a name as text that does nothing, its number where it is empty.
+
+    White space is one space, and what does not print is shown as a mark.
     """
     title = " ".join(cell.split()) or str(number)
     title = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in title)
@@ -73,8 +117,7 @@ def column(cell: str, number: int) -> Column:
             limit=float(LONGEST_NAME),
             remedy="shorten the header, or look for a missing line break or quote",
         )
-    match = _UNIT.match(title)
-    return Column(title, match[1], match[2].strip()) if match else Column(title, title)
+    return title
 
 
 def short(text: str, longest: int = 30) -> str:

@@ -1,6 +1,7 @@
-//! Signals: test inputs, time stamps, resampling, filters, drawing.
+//! Signals: test inputs, time stamps, resampling, filters, correlation, drawing.
 
 mod butter;
+mod correlate;
 mod decimate;
 mod detrend;
 mod envelope;
@@ -12,6 +13,7 @@ mod sos;
 mod stretches;
 
 pub use butter::{Band, butter, prewarped, prototype};
+pub use correlate::correlate;
 pub use decimate::{Decimated, decimate};
 pub use detrend::{has_no_level, means, without_levels};
 pub use envelope::envelope;
