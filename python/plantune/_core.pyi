@@ -209,16 +209,16 @@ def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Field
     """Fields of `DelayScan` but `source`; `nk` is the lowest and the highest delay."""
 
 def least_squares(phi: Floats, y: Floats) -> Fields:
-    """Fields of `Fit` but `method source rows`, `P` flat; no model."""
+    """Fields of `Fit` but `method source Ts`; no model."""
 
 def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
-    """Fields of `Fit` but `method source rows`, `P` flat; `orders` has `na nb nc nd nf nk`."""
+    """Fields of `Fit` but `method source Ts`; `orders` has `na nb nc nd nf nk`."""
 
 def pem(rec: Record, orders: object, offset: bool, at_rest: bool, limits: Limits) -> Fields:
-    """Fields of `Fit` but `method source rows`, `P` flat; `at_rest` before each segment."""
+    """Fields of `Fit` but `method source Ts`; `at_rest` before each segment."""
 
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
-    """Fields of `Fit` but `method source rows`, `P` flat; `L` bounds the delay."""
+    """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 
 def check_sampling(T: float, sd: float, Ts: float, limits: Limits) -> None:
     """Refuse a `T` that is too short for `Ts` with its whole 95 % interval (M09)."""

@@ -117,6 +117,24 @@ impl<'a> Record<'a> {
         runs
     }
 
+    /// First and last original row of each stretch of consecutive ones.
+    pub fn row_ranges(&self) -> Vec<[i64; 2]> {
+        let mut ranges = Vec::new();
+        for s in self.segments() {
+            let Some(rows) = self.rows.map(|rows| &rows[s.clone()]) else {
+                ranges.push([s.start as i64, s.end as i64 - 1]);
+                continue;
+            };
+            let (first, last) = (rows[0], rows[rows.len() - 1]);
+            if last - first == rows.len() as i64 - 1 {
+                ranges.push([first, last]); // the usual segment is one stretch
+                continue;
+            }
+            ranges.extend(rows.chunk_by(|a, b| b - a == 1).map(|run| [run[0], run[run.len() - 1]]));
+        }
+        ranges
+    }
+
     /// Where row `k` of a column stands in the original file and in time.
     pub fn place(&self, column: usize, k: usize) -> Place {
         let row = self.rows.map_or(k, |rows| rows[k] as usize);

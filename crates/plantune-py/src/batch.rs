@@ -1,6 +1,6 @@
 //! Batch estimators.
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{self, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
 use plantune_core::sim::Start;
 use plantune_core::stats::normal_quantile;
@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use crate::error::Outcome;
 use crate::model::ModelOut;
-use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
+use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, matrix, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
@@ -20,16 +20,16 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
-/// The dict behind `plantune.Fit(**d)`; square and stacked arrays come flat.
+/// The dict behind `plantune.Fit(**d)`.
 #[derive(IntoPyObject)]
 struct FitOut<'py> {
     model: Option<ModelOut>,
     theta: Array<'py>,
-    P: Array<'py>,
+    P: Matrix<'py>,
     sd: Array<'py>,
     names: Vec<String>,
-    offset: Option<f64>,
-    x0: Vec<Vec<f64>>,
+    offset: Array<'py>,
+    x0: Matrix<'py>,
     N: usize,
     loss: f64,
     fpe: f64,
@@ -38,17 +38,23 @@ struct FitOut<'py> {
     status: &'static str,
     expected_digits: Array<'py>,
     notes: Vec<NoteOut>,
+    rows: Matrix<'py, i64>,
 }
 
-fn fit_out(py: Python<'_>, fit: Fit) -> FitOut<'_> {
+/// An array `(N, width)`.
+type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
+
+fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
     let (fpe, aic, bic) = criteria(fit.loss, fit.N, fit.theta.len());
-    FitOut {
+    let segments = fit.x0.len();
+    Ok(FitOut {
         sd: array(py, standard_deviations(&fit.P, fit.theta.len())),
         theta: array(py, fit.theta),
-        P: array(py, fit.P),
+        P: square(py, fit.P)?,
         names: fit.names,
-        offset: Some(fit.offset),
-        x0: fit.x0,
+        offset: array(py, vec![fit.offset]),
+        x0: PyArray1::from_vec(py, fit.x0.concat())
+            .reshape([segments, fit.x0.first().map_or(0, Vec::len)])?,
         N: fit.N,
         loss: fit.loss,
         fpe,
@@ -58,7 +64,13 @@ fn fit_out(py: Python<'_>, fit: Fit) -> FitOut<'_> {
         expected_digits: array(py, fit.expected_digits),
         notes: notes(&fit.notes),
         model: Some(fit.model.into()),
-    }
+        rows: matrix(py, rows.concat(), 2)?,
+    })
+}
+
+fn square(py: Python<'_>, P: Vec<f64>) -> PyResult<Matrix<'_>> {
+    let width = P.len().isqrt();
+    matrix(py, P, width)
 }
 
 /// Runs an estimator without the interpreter lock.
@@ -71,7 +83,7 @@ fn run<'py>(
     let limits: Limits = limits.into();
     let record = rec.view(&limits)?;
     let fit = py.detach(|| estimate(&record, &limits))?;
-    Ok(fit_out(py, fit))
+    Ok(fit_out(py, fit, record.row_ranges())?)
 }
 
 /// Orders of the polynomial family, by attribute.
@@ -150,10 +162,10 @@ fn least_squares<'py>(
         model: None,
         theta: array(py, fit.theta),
         sd: array(py, standard_deviations(&fit.P, n)),
-        P: array(py, fit.P),
+        P: square(py, fit.P)?,
         names: (1..=n).map(|j| format!("theta{j}")).collect(),
-        offset: None,
-        x0: Vec::new(),
+        offset: array(py, Vec::new()),
+        x0: matrix(py, Vec::new(), 0)?,
         N: fit.N,
         loss: fit.loss,
         fpe,
@@ -162,6 +174,7 @@ fn least_squares<'py>(
         status: "exact",
         expected_digits: array(py, fit.expected_digits),
         notes: Vec::new(),
+        rows: matrix(py, Vec::new(), 2)?,
     })
 }
 

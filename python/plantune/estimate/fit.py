@@ -136,35 +136,14 @@ class Fit:
 
 def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits: Limits) -> Fit:
     """Return the fit that the core sends as a dict."""
-    size = len(d["theta"]) if d["offset"] is None else round(len(d["P"]) ** 0.5)
-    model = None if d["model"] is None else from_core(d["model"])
-    offset = [] if d["offset"] is None else [d["offset"]]
-    states = len(d["x0"][0]) if d["x0"] else 0
     return Fit(
         method=method,
         **{
             **d,
-            "model": model,
-            "P": d["P"].reshape(size, size),
+            "model": None if d["model"] is None else from_core(d["model"]),
             "names": tuple(d["names"]),
-            "offset": np.array(offset, float),
-            "x0": np.array(d["x0"], float).reshape(len(d["x0"]), states),
             "notes": (*notes_from_core(d["notes"]), *limits.changes()),
         },
         source="" if rec is None else rec.source,
-        rows=np.empty((0, 2), np.int64) if rec is None else row_ranges(rec),
         Ts=None if rec is None else rec.Ts,
     )
-
-
-def row_ranges(rec: Record) -> NDArray[np.int64]:
-    """First and last original row of each stretch of consecutive rows."""
-    ranges = []
-    for part in rec.segments:
-        rows = rec.rows[part]
-        if rows[-1] - rows[0] == len(rows) - 1:  # the usual segment is one stretch
-            ranges.append((rows[0], rows[-1]))
-            continue
-        edges = np.flatnonzero(np.diff(rows) != 1) + 1
-        ranges += [(piece[0], piece[-1]) for piece in np.split(rows, edges)]
-    return np.array(ranges, np.int64)

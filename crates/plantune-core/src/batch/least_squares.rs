@@ -150,9 +150,6 @@ impl<'a> Scaled<'a> {
             row.extend(self.row(k));
             row.push(*y);
             block.push(&row);
-            if block.free() == 0 {
-                triangle.absorb(&mut block);
-            }
         }
         triangle.absorb(&mut block);
         triangle

@@ -16,6 +16,9 @@ pub(super) const MOST_MOVES: usize = 6;
 /// Share of the segment over which the input must be held at first.
 const LEAST_REST: f64 = 0.015;
 
+/// What is left of a segment's start when nothing is.
+const FORGOTTEN: f64 = 1e-200;
+
 /// Share of the output's travel that it may drift before the first move and still be at rest.
 const DRIFT: f64 = 0.05;
 
@@ -220,9 +223,6 @@ impl<'r, 'a> Problem<'r, 'a> {
             }
             put(self.y[s.rows.start + k]);
             block.push(&row[..n]);
-            if block.free() == 0 {
-                triangle.absorb(&mut block);
-            }
         }
         triangle.absorb(&mut block);
         triangle
@@ -290,5 +290,8 @@ impl ShapeState {
         self.xi = c.a * self.xi + c.b1 * newer + c.b2 * older;
         self.decay_ln_T = c.a * self.decay_ln_T + c.a_ln_T * self.decay;
         self.decay *= c.a;
+        if self.decay <= FORGOTTEN {
+            (self.decay, self.decay_ln_T) = (0.0, 0.0); // numbers next to zero would cost much time
+        }
     }
 }
