@@ -3,6 +3,7 @@
 mod butter;
 mod decimate;
 mod detrend;
+mod drive;
 mod envelope;
 mod prbs;
 mod prefilter;
@@ -14,6 +15,7 @@ mod stretches;
 pub use butter::{Band, butter, prewarped, prototype};
 pub use decimate::{Decimated, decimate};
 pub use detrend::{has_no_level, means, without_levels};
+pub use drive::drive;
 pub use envelope::envelope;
 pub use prbs::prbs;
 pub use prefilter::{Filtered, Marks, prefilter};
