@@ -16,7 +16,7 @@ def plausible(
     """Return doubts about the poles and zeros of a model; none where they could be a plant's.
 
     V06, a real zero beyond 1: the step response starts the wrong way.  V07, a pole with a negative
-    real part that dies out at least five times as fast as the slowest, which lies on the right:
+    real part that dies out at least three times as fast as the slowest, which lies on the right:
     no lag sampled behind a zero-order hold has one.  V08, both: the pattern of errors in
     variables, least squares whose regressor is noisy.
 

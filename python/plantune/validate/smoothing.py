@@ -30,7 +30,7 @@ class Treatment:
     N : int
         Rows judged.
     codes : tuple of str
-        What `plausible` doubts of the model.
+        What `plausible` doubts of the model, and N05 where its search did not end.
 
     Examples
     --------
@@ -77,8 +77,14 @@ class Smoothing:
 
     @property
     def best(self) -> Treatment:
-        """What to use: of those as good as any the least doubtful, the simplest; never y alone."""
-        rows = [self._row(name) for name in ("none", "OE", "both")]
+        """What to use: of those as good as any the least doubtful, the simplest; never y alone.
+
+        An output-error search that did not end (N05) must halve the error to count.
+        """
+        none, oe, both = (self._row(name) for name in ("none", "OE", "both"))
+        others = min(none.mse, both.mse)
+        unsure = "N05" in oe.codes and oe.mse > others / 2.0
+        rows = [none, both] if unsure else [none, oe, both]
         least = min(row.mse for row in rows)
         close = [row for row in rows if row.mse <= (1.0 + self.limit) * least]
         return min(close, key=lambda row: len(row.codes))
@@ -179,12 +185,17 @@ def smoothing(
             fit=fit,
             mse=verdict.rmse**2,
             N=verdict.N,
-            codes=tuple(note.code for note in plausible(fit, limits=limits)),
+            codes=_codes(fit, limits),
         )
         for (name, fit), verdict in zip(fits.items(), judged.rows, strict=True)
     )
     notes = merged([(name, fit.notes) for name, fit in fits.items()])
     return Smoothing(rows, limits.V09, (*notes, *judged.notes), rec.source)
+
+
+def _codes(fit: Fit, limits: Limits) -> tuple[str, ...]:
+    unfinished = [note for note in fit.notes if note.code == "N05"]
+    return tuple(note.code for note in [*plausible(fit, limits=limits), *unfinished])
 
 
 def _written(row: Treatment) -> list[str]:

@@ -105,7 +105,7 @@ fn alternating(model: &PolyModel, i: usize, P: Option<&[f64]>, limits: &Limits) 
 }
 
 /// How many times as fast as the slowest pole an odd one dies out.
-const FASTER: i32 = 5;
+const FASTER: i32 = 3;
 
 fn written(z: Complex<f64>) -> String {
     if z.im == 0.0 { format!("{:.3}", z.re) } else { format!("{:.3} ± {:.3}j", z.re, z.im.abs()) }
