@@ -49,7 +49,9 @@ def figures() -> dict[str, object]:
     judged = pt.validate.compare(fresh, *shown.values(), names=list(shown))
     named = [replace(fit, method=name) for name, fit in {**shown, "truth": exact}.items()]
     bode = pt.plot.bode(*named, of=rec, w=np.geomspace(2.0, 1000.0, 300))
-    bode.update_layout(title_text="Least squares with y smoothed, with both, with none, and the truth")
+    bode.update_layout(
+        title_text="Least squares with y smoothed, with both, with none, and the truth"
+    )
     bode.for_each_trace(lambda band: band.update(showlegend=False), {"fill": "tonexty"})
     overlay = pt.plot.compare(*judged.rows, of=rec)
     return {"source_000_overlay": overlay, "source_000_bode": bode}

@@ -146,7 +146,7 @@ def test_printer_motor_is_read_by_an_encoder():
     rec = printer_motor()
     exact = printer_motor(resolution=0.0)
     counts = rec.y / PRINTER_MOTOR.resolution
-    assert np.array_equal(counts, np.round(counts))
+    assert counts == approx(np.round(counts), abs=1e-12)
     assert np.abs(rec.y - exact.y).max() <= PRINTER_MOTOR.resolution / 2 + 1e-12
 
 

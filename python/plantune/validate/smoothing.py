@@ -36,8 +36,8 @@ class Treatment:
     --------
     >>> import plantune as pt
     >>> none = pt.validate.smoothing(pt.datasets.printer_motor(noise_var=1.0), 2, 2).rows[0]
-    >>> none.name, round(none.mse, 4), none.codes
-    ('none', 10.0, ('V06', 'V07', 'V08'))
+    >>> none.name, round(none.mse, 2), none.codes
+    ('none', 1.58, ('V07',))
     """
 
     name: str
