@@ -129,17 +129,9 @@ def test_the_minimum_is_that_of_an_independent_search(name, rows, O, x0):
     assert_same(fit, ref)
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(case, marks=pytest.mark.xfail(reason="ends at a cosine of 1e-6 to 1e-3"))
-        if "one" in case
-        else case
-        for case in TOO_SMALL
-    ],
-)
+@pytest.mark.parametrize("case", TOO_SMALL)
 def test_a_model_too_small_for_the_plant_converges_too(case):
-    """Its residual is no noise, so that Gauss-Newton steps close in slowly; MINPACK needs 60."""
+    """Its residual is no noise, so that plain Gauss-Newton steps overshoot; MINPACK needs 60."""
     model, plant = TOO_SMALL[case]
     for seed in range(10):
         u, y, _ = experiment(*PLANTS[plant], O=4.0, seed=seed)
@@ -210,7 +202,7 @@ def test_a_later_input_raises_nk_by_one(name):
     fit = estimate(model, pt.Record(u=u, y=y, Ts=0.1))
     early = estimate(pem.orders(nk=nk - 1, **sizes), pt.Record(u=u[:-1], y=y[1:], Ts=0.1))
     assert fit.N == early.N
-    assert fit.theta == approx(early.theta, rel=1e-9)
+    assert fit.theta == approx(early.theta, rel=1e-7)  # each search ends within 1e-8 of an sd
     assert fit.loss == approx(early.loss, rel=1e-12)
 
 
@@ -243,10 +235,7 @@ def refused_or_noted(model, rec):
         pem.orders(nb=3, nf=3, nk=3),  # a root of B cancels one of F
         pem.orders(nb=4, nf=4, nk=3),
         pem.orders(na=3, nb=3, nc=1, nk=3),  # a root of B cancels one of A, and eps is zero
-        pytest.param(
-            pem.orders(na=2, nb=2, nc=1, nk=3),  # right orders: nothing is left to show C
-            marks=pytest.mark.xfail(reason="c1 = 0 ± 0.13 comes back without the note of N08"),
-        ),
+        pem.orders(na=2, nb=2, nc=1, nk=3),  # right orders: nothing is left to show C
     ],
 )
 def test_orders_that_data_without_noise_cannot_show_are_not_returned_silently(model):

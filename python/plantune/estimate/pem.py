@@ -62,7 +62,7 @@ def oe(
     >>> import plantune as pt
     >>> fit = pt.estimate.oe(pt.datasets.engine_loop(), 1, 1, 6)
     >>> fit.theta.round(4), fit.offset.round(3), fit.status
-    (array([-0.7457, -0.8744]), array([583.451]), 'converged')
+    (array([-0.7455, -0.8745]), array([583.451]), 'converged')
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     wanted = orders(rec.nu, nb=nb, nf=nf, nk=nk)
@@ -119,7 +119,7 @@ def armax(
     >>> fit = pt.estimate.armax(pt.datasets.engine_loop(noise_var=1.5), 1, 1, 1, 6)
     >>> fit.names, fit.status
     (('a1', 'b1', 'c1'), 'converged')
-    >>> bool(abs(fit.model.dc_gain()[0] + 5.939) < 0.05)
+    >>> bool(abs(fit.model.dc_gain() + 5.939) < 0.05)
     True
     """
     limits = limits or rec.limits or DEFAULT_LIMITS

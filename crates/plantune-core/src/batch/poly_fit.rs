@@ -11,6 +11,9 @@ use crate::note::Note;
 use crate::poly::at_one;
 use crate::record::Scale;
 
+/// Mean squared residual, of an output of at most one, that is rounding.
+const EXACT: f64 = 1e-26;
+
 /// A solution on centred and scaled data.
 pub(super) struct Scaled<'s> {
     /// Coefficients, then the constant if there is one.
@@ -31,7 +34,6 @@ impl Scaled<'_> {
         let unit = self.units(orders);
         let theta: Vec<f64> = self.theta.iter().zip(&unit).map(|(t, s)| t * s).collect();
         let s2 = self.rss / (self.N - all - self.states) as f64;
-        // In scaled units the noise is s^2 too, since theta carries no unit of y but in the constant.
         let covariance: Vec<f64> =
             (0..all * all).map(|ij| s2 * self.inverse_gram[ij] * unit[ij / all] * unit[ij % all]).collect();
         let model = orders.model(&theta[..n], Ts);
@@ -55,7 +57,7 @@ impl Scaled<'_> {
             expected_digits: Vec::new(),
             notes: Vec::new(),
         };
-        fit.notes = notes(&fit, limits);
+        fit.notes = notes(&fit, self.rss <= EXACT * self.N as f64, limits);
         fit
     }
 
@@ -110,7 +112,7 @@ fn with_offset(covariance: &[f64], gradient: &[f64], all: usize) -> Vec<f64> {
     P
 }
 
-fn notes(fit: &Fit, limits: &Limits) -> Vec<Note> {
+fn notes(fit: &Fit, exact: bool, limits: &Limits) -> Vec<Note> {
     let mut notes = Vec::new();
     let n = fit.theta.len();
     let per_parameter = fit.N as f64 / n as f64;
@@ -135,8 +137,9 @@ fn notes(fit: &Fit, limits: &Limits) -> Vec<Note> {
             .remedy("ask for lower orders, or record with more changes of the input"),
         );
     }
-    if fit.loss == 0.0 || fit.theta.iter().all(|t| *t == 0.0) {
-        notes.push(Note::warning("N08", "the residual is zero: variances and criteria say nothing"));
+    if exact || fit.theta.iter().all(|t| *t == 0.0) {
+        let text = "the residual is zero but for rounding: variances, criteria and a noise model say nothing";
+        notes.push(Note::warning("N08", text));
     }
     notes
 }

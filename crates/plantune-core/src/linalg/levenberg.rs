@@ -4,21 +4,24 @@
 //! min |eps - psi delta|^2 + damping |S delta|^2,   S the lengths of the columns of psi
 //! ```
 //!
-//! The first step of every iteration is that of Gauss and Newton; only when it fails is damping raised.
-//! The end is where the largest cosine between the residual and a column is below [`GRADIENT`].
+//! Undamped steps are mixed with the last ones ([`Memory`]); only when one fails is damping raised.
+//! The end is where the cosine between the residual and the space of the columns is below [`GRADIENT`].
 //!
 //! Marquardt 1963; Moré 1978.
 
 use super::qr::Triangle;
-use super::solve::solve_damped;
+use super::solve::{solve, solve_damped};
 
-/// Largest cosine between the residual and a column of the gradient at a minimum.
+/// Cosine between the residual and the space of the gradient's columns at a minimum (Bates and Watts 1981).
 const GRADIENT: f64 = 1e-8;
 
 /// The same where rounding lets no step lower the cost any more.
 const ROUNDED: f64 = 1e-5;
 
 const MOST_STEPS: usize = 100;
+
+/// Steps remembered.
+const MOST_MEMORY: usize = 5;
 
 /// A nonlinear least-squares problem.
 pub trait Residuals {
@@ -45,7 +48,7 @@ pub struct Minimum {
     pub theta: Vec<f64>,
     /// Sum of squared residuals.
     pub cost: f64,
-    /// Largest cosine between the residual and a column.
+    /// Cosine between the residual and the space of the columns.
     pub slope: f64,
     /// Triangle of `[psi | eps]` there.
     pub triangle: Triangle,
@@ -64,39 +67,101 @@ impl Minimum {
 /// Descends from `theta`; None where there is no model.
 pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Minimum> {
     problem.project(&mut theta);
-    let triangle = problem.linearise(&theta)?;
-    let mut best =
-        Minimum { cost: cost(&triangle), slope: slope(&triangle), theta, triangle, converged: false };
-    let columns: Vec<usize> = (0..best.theta.len()).collect();
+    let mut best = Minimum::at(problem, theta)?;
+    let mut memory = Memory::default();
     let mut damping = 0.0;
     for _ in 0..MOST_STEPS {
         best.converged = best.cost <= problem.exact() || best.slope <= GRADIENT;
         if best.converged {
             break;
         }
-        let step = solve_damped(&best.triangle, &columns, columns.len(), damping);
+        let step = if damping == 0.0 { memory.step(&best) } else { best.step(damping) };
         let mut theta: Vec<f64> = best.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
         problem.project(&mut theta);
-        let trial = problem.linearise(&theta).map(|triangle| Minimum {
-            cost: cost(&triangle),
-            slope: slope(&triangle),
-            theta,
-            triangle,
-            converged: false,
-        });
-        match trial {
+        let promised = best.cost - best.cost_after(&step);
+        match Minimum::at(problem, theta) {
             Some(trial) if trial.is_below(&best) => {
+                let kept = (best.cost - trial.cost) / promised.max(f64::MIN_POSITIVE);
+                damping = match kept {
+                    ..0.1 if damping > 0.0 => 4.0 * damping,
+                    0.75.. if damping > 1e-6 => damping / 10.0,
+                    0.75.. => 0.0,
+                    _ => damping,
+                };
                 best = trial;
-                damping = if damping > 1e-7 { damping / 10.0 } else { 0.0 };
             }
             _ if damping > MOST_DAMPING => {
                 best.converged = best.slope <= ROUNDED;
                 break;
             }
-            _ => damping = (10.0 * damping).max(1e-4),
+            _ => {
+                memory = Memory::default();
+                damping = (10.0 * damping).max(1e-3);
+            }
         }
     }
     Some(best)
+}
+
+impl Minimum {
+    fn at(problem: &mut impl Residuals, theta: Vec<f64>) -> Option<Self> {
+        let triangle = problem.linearise(&theta)?;
+        Some(Minimum { cost: cost(&triangle), slope: slope(&triangle), theta, triangle, converged: false })
+    }
+
+    fn step(&self, damping: f64) -> Vec<f64> {
+        let columns: Vec<usize> = (0..self.theta.len()).collect();
+        solve_damped(&self.triangle, &columns, columns.len(), damping)
+    }
+
+    /// What the linear model promises after a step.
+    fn cost_after(&self, step: &[f64]) -> f64 {
+        let (t, rhs) = (&self.triangle, step.len());
+        let left = |i: usize| t.at(i, rhs) - (i..rhs).map(|j| t.at(i, j) * step[j]).sum::<f64>();
+        (0..=rhs).map(|i| left(i).powi(2)).sum()
+    }
+}
+
+/// The last points and the steps of Gauss and Newton there.
+///
+/// Where the residual is large these steps fall short or overshoot by a factor that depends on the direction;
+/// what the last ones became shows it: of all mixtures of them, the one whose step vanishes (Anderson 1965).
+#[derive(Default)]
+struct Memory {
+    points: Vec<(Vec<f64>, Vec<f64>)>,
+}
+
+impl Memory {
+    /// The next step from `best`.
+    fn step(&mut self, best: &Minimum) -> Vec<f64> {
+        let newton = best.step(0.0);
+        let most = best.theta.len().min(MOST_MEMORY);
+        let older = self.points.len().saturating_sub(most);
+        self.points.drain(..older);
+        let mixed = self.mixed(best, &newton).unwrap_or_else(|| newton.clone());
+        self.points.push((best.theta.clone(), newton));
+        mixed
+    }
+
+    fn mixed(&self, best: &Minimum, newton: &[f64]) -> Option<Vec<f64>> {
+        let m = self.points.len();
+        if m == 0 {
+            return None;
+        }
+        let length = |j: usize| (0..=j).map(|i| best.triangle.at(i, j).powi(2)).sum::<f64>().sqrt();
+        let change = |j: usize, k: usize| newton[j] - self.points[k].1[j];
+        let rows: Vec<Vec<f64>> = (0..newton.len())
+            .map(|j| (0..m).map(|k| change(j, k)).chain([newton[j]]).map(|x| length(j) * x).collect())
+            .collect();
+        let triangle = Triangle::of_rows(m + 1, rows.iter().map(Vec::as_slice));
+        let columns: Vec<usize> = (0..m).collect();
+        let share = solve(&triangle, &columns, m, 1e-8).ok()?.theta;
+        let moved = |j: usize| {
+            let back = (0..m).map(|k| share[k] * (best.theta[j] - self.points[k].0[j] + change(j, k)));
+            newton[j] - back.sum::<f64>()
+        };
+        Some((0..newton.len()).map(moved).collect())
+    }
 }
 
 /// Squared length of the last column.
@@ -105,14 +170,11 @@ fn cost(triangle: &Triangle) -> f64 {
     (0..=rhs).map(|i| triangle.at(i, rhs).powi(2)).sum()
 }
 
-/// Largest cosine between the last column and another.
+/// Cosine between the last column and the space of the others.
 fn slope(triangle: &Triangle) -> f64 {
     let rhs = triangle.n() - 1;
-    let product = |j: usize| (0..=j).map(|i| triangle.at(i, j) * triangle.at(i, rhs)).sum::<f64>();
-    let length2 = |j: usize| (0..=j).map(|i| triangle.at(i, j).powi(2)).sum::<f64>();
-    let size = cost(triangle).sqrt();
-    let cosine = |j: usize| product(j).abs() / (length2(j).sqrt() * size).max(f64::MIN_POSITIVE);
-    (0..rhs).map(cosine).fold(0.0, f64::max)
+    let inside = (0..rhs).map(|i| triangle.at(i, rhs).powi(2)).sum::<f64>().sqrt();
+    inside / cost(triangle).sqrt().max(f64::MIN_POSITIVE)
 }
 
 #[cfg(test)]

@@ -42,10 +42,10 @@ pub fn pem(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) 
     if N <= all + predictor.states() {
         return Err(too_short(N, all + predictor.states()));
     }
-    let best = global_minimum(&mut predictor).ok_or_else(|| no_start(rec))?;
+    let best = global_minimum(&mut predictor).ok_or_else(|| over_ordered(rec, None, limits))?;
     let every: Vec<usize> = (0..all).collect();
     let solution =
-        solve(&best.triangle, &every, all, limits.X08).map_err(|e| over_ordered(rec, &e, limits))?;
+        solve(&best.triangle, &every, all, limits.X08).map_err(|e| over_ordered(rec, Some(&e), limits))?;
     let scaled = Scaled {
         theta: &best.theta,
         inverse_gram: &solution.inverse_gram,
@@ -92,20 +92,15 @@ fn global_minimum(predictor: &mut Predictor) -> Option<Minimum> {
     Some(best)
 }
 
-fn no_start(rec: &Record) -> Error {
-    Error::new("N05", "no start of the search gives a model of these orders")
-        .at(Place::column(&rec.names[rec.nu]))
-        .remedy("ask for lower orders, or record with more changes of the input")
-}
-
 /// X11 where inputs copy each other; else X10: parameters that the data do not tell apart.
-fn over_ordered(rec: &Record, refusal: &RankDeficient, limits: &Limits) -> Error {
+fn over_ordered(rec: &Record, refusal: Option<&RankDeficient>, limits: &Limits) -> Error {
     copied_input(rec).unwrap_or_else(|| {
         let text = "the orders are too high: poles and zeros cancel, and parameters cannot be told apart";
-        Error::new("X10", text)
-            .at(Place::column(rec.input_name(0)))
-            .count(refusal.dependent.len())
-            .measured(refusal.ratio, limits.X08)
-            .remedy("ask for lower orders")
+        let error = Error::new("X10", text).at(Place::column(rec.input_name(0)));
+        match refusal {
+            Some(refusal) => error.count(refusal.dependent.len()).measured(refusal.ratio, limits.X08),
+            None => error, // not even a start was found
+        }
+        .remedy("ask for lower orders")
     })
 }
