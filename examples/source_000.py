@@ -1,4 +1,4 @@
-"""Source 000, chapter 3, on a motor whose truth is known: tables 3.3 as they should be read, figures.
+"""Source 000, chapter 3, on a motor whose truth is known: the tables of 3.3, and figures.
 
     python examples/source_000.py [--figures FOLDER] [--moto FILE]
 

@@ -83,7 +83,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 20] {
+    pub fn items(&self) -> [(&'static str, f64); 23] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
