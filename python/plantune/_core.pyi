@@ -240,7 +240,7 @@ def check(
     """Fields of `Verdict` that are computed; an X04 carries them in `.result`."""
 
 def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
-    """`notes` on poles and zeros; `P` is flat."""
+    """Return notes on poles and zeros; `P` is flat."""
 
 def judge(
     process: Verdict,

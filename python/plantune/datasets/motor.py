@@ -107,8 +107,8 @@ def printer_motor(
     >>> rec = printer_motor("trapezoid", t_end=0.8)
     >>> print(rec)
     Record voltage -> speed: 400 rows, Ts 0.002 s, 1 segment
-    >>> rec.y.max().round(1), rec.u.max()
-    (20.8, 12.0)
+    >>> print(rec.u.max(), rec.y.max().round(1))
+    12.0 21.6
     """
     _check(kind, noise_var, equation_var, resolution, seed, t_end)
     Ts = PRINTER_MOTOR.Ts

@@ -51,7 +51,8 @@ def plausible(
     >>> plausible(pt.datasets.PRINTER_MOTOR.model())
     ()
     """
-    bare = not isinstance(fit, Fit)
-    P = None if bare else np.ascontiguousarray(fit.P).reshape(-1)
-    model = fit if bare else fit.model
-    return notes_from_core(_core.plausible(model, P, limits or DEFAULT_LIMITS))
+    limits = limits or DEFAULT_LIMITS
+    if isinstance(fit, Fit):
+        P = np.ascontiguousarray(fit.P).reshape(-1)
+        return notes_from_core(_core.plausible(fit.model, P, limits))
+    return notes_from_core(_core.plausible(fit, None, limits))
