@@ -145,7 +145,16 @@ def test_of_equals_the_less_doubtful_is_advised_and_the_advice_says_so():
     doubtful = replace(none, mse=oe.mse, codes=("V06", "V07"))
     even = replace(found, rows=(doubtful, alone, both, oe))
     assert even.best.name == "OE"
-    assert "as good as without, and no V06 and V07" in even.advice
+    assert even.advice.endswith("as good, and no V06 and V07")
+    rows = (
+        replace(none, mse=1.25),
+        alone,
+        replace(both, mse=1.0, codes=("V07",)),
+        replace(oe, mse=1.1),
+    )
+    assert replace(found, rows=rows).advice.startswith(
+        "fit an output-error model to the record as it is: error 1.1 instead of 1.25;"
+    )
     lucky = replace(found, rows=(none, replace(alone, mse=0.5 * oe.mse), both, oe))
     assert lucky.best.name == "OE" and "leaves least here" in lucky.advice
 

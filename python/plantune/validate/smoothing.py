@@ -99,11 +99,11 @@ class Smoothing:
             "OE": "fit an output-error model to the record as it is",
             "both": "smooth u and y alike",
         }[best.name]
-        if (1.0 + self.limit) * best.mse < none.mse:
-            says += f": error {number(best.mse)} instead of {number(none.mse)}"
-        elif best is not none:
+        if best is not none:
+            less = f"error {number(best.mse)} instead of {number(none.mse)}"
             doubts = " and ".join(code for code in none.codes if code not in best.codes)
-            says += f": error {number(best.mse)}, as good as without, and no {doubts}"
+            even = doubts and none.mse <= (1.0 + self.limit) * best.mse
+            says += f": {f'{less}, as good, and no {doubts}' if even else less}"
         if alone.mse < none.mse:
             least = all(alone.mse <= row.mse for row in self.rows)
             says += (
