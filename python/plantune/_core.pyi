@@ -39,6 +39,9 @@ def default_limits() -> dict[str, float]:
 def prbs(n: int, hold: int, bits: int, seed: int) -> Floats:
     """`n` rows of -1 and +1 of a maximum-length sequence, each value held for `hold` rows."""
 
+def drive(kind: str, n: int, period: int) -> Floats:
+    """`n` rows in [-1, 1] of a "square", "staircase", "trapezoid" or "chirp"."""
+
 def envelope(y: Floats, start: int, end: int, buckets: int) -> NDArray[np.uintp]:
     """Rows of `y[start:end]` worth drawing: least and greatest of each bucket."""
 
@@ -155,6 +158,9 @@ def gains(pid: PID) -> tuple[float, float]:
 def c2d(model: ProcessModel, Ts: float) -> Fields:
     """Fields of `PolyModel`, every polynomial of an input in a list."""
 
+def lags(K: float, T: Sequence[float], Ts: float) -> Fields:
+    """Fields of `PolyModel`, as `c2d`, of `K / prod (T_i s + 1)`."""
+
 def d2c(model: PolyModel) -> Fields:
     """Fields of `ProcessModel`."""
 
@@ -232,6 +238,9 @@ def check(
     rec: Record, model: Model, x0: str, offset: float | None, lags: int, limits: Limits
 ) -> Fields:
     """Fields of `Verdict` that are computed; an X04 carries them in `.result`."""
+
+def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
+    """Return notes on poles and zeros; `P` is flat."""
 
 def judge(
     process: Verdict,

@@ -131,6 +131,12 @@ class Limits:
     """Fit in percent by which a polynomial model may be better than a process model."""
     V04: float = _DEFAULT["V04"]
     """Samples by which the delays of the two may differ, beside their uncertainty."""
+    V06: float = _DEFAULT["V06"]
+    """Least first sample of a step response the wrong way, as a share of the final value."""
+    V07: float = _DEFAULT["V07"]
+    """Least magnitude of a pole with negative real part that counts."""
+    V09: float = _DEFAULT["V09"]
+    """Least relative difference of mean squared errors that counts between ways to smooth."""
     X12: float = _DEFAULT["X12"]
     """Standard deviations that a process gain must be away from zero to be tuned on."""
     C07: float = _DEFAULT["C07"]

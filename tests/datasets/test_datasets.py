@@ -5,9 +5,18 @@ import math
 import numpy as np
 import pytest
 from pytest import approx
+from scipy.signal import cont2discrete
 
 import plantune as pt
-from plantune.datasets import ENGINE_LOOP, engine_loop, hair_dryer, robot_arm
+from plantune.datasets import (
+    DRIVES,
+    ENGINE_LOOP,
+    PRINTER_MOTOR,
+    engine_loop,
+    hair_dryer,
+    printer_motor,
+    robot_arm,
+)
 
 
 @pytest.mark.parametrize(
@@ -107,3 +116,67 @@ def test_engine_loop_refuses_arguments_out_of_range(wrong):
 def test_engine_loop_refuses_a_negative_dead_time():
     with pytest.raises(pt.PlantuneError):
         engine_loop(L=-0.1)
+
+
+@pytest.mark.parametrize("order", [2, 3])
+def test_printer_motor_samples_its_lags(order):
+    """Against scipy's zero-order hold."""
+    truth = PRINTER_MOTOR.model(order)
+    lags = [PRINTER_MOTOR.Tm, PRINTER_MOTOR.Te, PRINTER_MOTOR.Tb][:order]
+    denominator = [1.0]
+    for T in lags:
+        denominator = np.polymul(denominator, [T, 1.0])
+    b, a, _ = cont2discrete(([PRINTER_MOTOR.K], denominator), PRINTER_MOTOR.Ts)
+    assert approx(a, abs=1e-12) == truth.A
+    assert approx(b[0][1:], abs=1e-12) == truth.B and truth.nk == 1
+    assert truth.dc_gain() == approx(1.8) and truth.poles().real.max() == approx(0.96, abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", DRIVES)
+def test_printer_motor_without_noise_is_its_truth(kind):
+    rec = printer_motor(kind, resolution=0.0)
+    assert (rec.N, rec.Ts, rec.u_names, rec.y_names) == (2000, 0.002, ("voltage",), ("speed",))
+    assert np.array_equal(rec.y[:, 0], PRINTER_MOTOR.model().simulate(rec.u))
+    assert np.abs(rec.u).max() == approx(12.0, rel=1e-3) and rec.y[0, 0] == 0
+    for half in rec.split(0.5):
+        assert np.ptp(half.u) > 10
+
+
+def test_printer_motor_is_read_by_an_encoder():
+    rec = printer_motor()
+    exact = printer_motor(resolution=0.0)
+    counts = rec.y / PRINTER_MOTOR.resolution
+    assert counts == approx(np.round(counts), abs=1e-12)
+    assert np.abs(rec.y - exact.y).max() <= PRINTER_MOTOR.resolution / 2 + 1e-12
+
+
+def test_printer_motor_noise_is_where_it_says():
+    """On the speed, or on the right side of A y = B u + e; 2 % is three standard errors."""
+    truth, n = PRINTER_MOTOR.model(), 20.0
+    exact = printer_motor(resolution=0.0, t_end=n)
+    noisy = printer_motor(resolution=0.0, noise_var=2.0, seed=0, t_end=n)
+    assert np.var(noisy.y - exact.y) == approx(2.0, rel=0.05)
+    driven = printer_motor(resolution=0.0, equation_var=2.0, seed=0, t_end=n)
+    e = np.convolve((driven.y - exact.y)[:, 0], truth.A)[: exact.N]
+    assert np.var(e) == approx(2.0, rel=0.05) and abs(np.mean(e[1:] * e[:-1])) < 0.1
+    again = printer_motor(resolution=0.0, equation_var=2.0, seed=0, t_end=n)
+    assert again.same_as(driven)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"kind": "saw"},
+        {"order": 4},
+        {"noise_var": -1.0},
+        {"equation_var": -1.0},
+        {"resolution": -0.1},
+        {"seed": -1},
+        {"t_end": 0.0},
+        {"t_end": math.inf},
+    ],
+)
+def test_printer_motor_refuses_what_it_cannot_simulate(wrong):
+    with pytest.raises(pt.UsageError) as refusal:
+        printer_motor(**wrong)
+    assert refusal.value.code == "U01"

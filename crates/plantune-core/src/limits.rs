@@ -37,6 +37,12 @@ pub struct Limits {
     pub V03: f64,
     /// Samples by which the delays of the two may differ, beside their uncertainty.
     pub V04: f64,
+    /// Least first sample of a step response that starts the wrong way, as a share of the final value.
+    pub V06: f64,
+    /// Least magnitude of a pole with negative real part that counts.
+    pub V07: f64,
+    /// Least relative difference of mean squared errors that counts between ways to treat a record.
+    pub V09: f64,
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
     /// Least gain margin, as a factor, over the model's uncertainty.
@@ -65,6 +71,9 @@ impl Default for Limits {
             V01: 50.0,
             V03: 5.0,
             V04: 1.0,
+            V06: 0.05,
+            V07: 0.35,
+            V09: 0.2,
             X12: 2.0,
             C07: 2.0,
             C07_phase: 45.0,
@@ -74,7 +83,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 20] {
+    pub fn items(&self) -> [(&'static str, f64); 23] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -93,6 +102,9 @@ impl Limits {
             ("V01", self.V01),
             ("V03", self.V03),
             ("V04", self.V04),
+            ("V06", self.V06),
+            ("V07", self.V07),
+            ("V09", self.V09),
             ("X12", self.X12),
             ("C07", self.C07),
             ("C07_phase", self.C07_phase),

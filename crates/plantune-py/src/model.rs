@@ -17,6 +17,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(dc_gain, m)?)?;
     m.add_function(wrap_pyfunction!(gains, m)?)?;
     m.add_function(wrap_pyfunction!(c2d, m)?)?;
+    m.add_function(wrap_pyfunction!(lags, m)?)?;
     m.add_function(wrap_pyfunction!(d2c, m)?)
 }
 
@@ -194,6 +195,12 @@ fn c2d(model: ModelIn, Ts: f64) -> Outcome<ModelOut> {
         Model::Process(m) => Ok(Model::Poly(model::c2d(m, Ts)?).into()),
         Model::Poly(_) => Err(Error::argument("model", "a PolyModel", "a ProcessModel").into()),
     }
+}
+
+/// The sampled form of lags in series.
+#[pyfunction]
+fn lags(K: f64, T: Vec<f64>, Ts: f64) -> Outcome<ModelOut> {
+    Ok(Model::Poly(model::lags(K, &T, Ts)?).into())
 }
 
 #[pyfunction]

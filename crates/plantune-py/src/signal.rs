@@ -15,6 +15,7 @@ use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, matrix, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(prbs, m)?)?;
+    m.add_function(wrap_pyfunction!(drive, m)?)?;
     m.add_function(wrap_pyfunction!(envelope, m)?)?;
     m.add_function(wrap_pyfunction!(uniform_step, m)?)?;
     m.add_function(wrap_pyfunction!(steps, m)?)?;
@@ -43,6 +44,12 @@ fn optional<'a>(x: &'a Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<&'a
 #[pyfunction]
 fn prbs(py: Python<'_>, n: usize, hold: usize, bits: u32, seed: u64) -> Outcome<Array<'_>> {
     Ok(array(py, signal::prbs(n, hold, bits, seed)?))
+}
+
+/// A periodic test input.
+#[pyfunction]
+fn drive<'py>(py: Python<'py>, kind: &str, n: usize, period: usize) -> Outcome<Array<'py>> {
+    Ok(array(py, signal::drive(kind, n, period)?))
 }
 
 /// Rows worth drawing.

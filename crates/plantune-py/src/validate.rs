@@ -1,5 +1,6 @@
 //! Models judged on records.
 
+use numpy::PyReadonlyArray1;
 use plantune_core::Limits;
 use plantune_core::validate::{self, CheckOptions, Delay, Residuals, Scores, Verdict};
 use pyo3::prelude::*;
@@ -11,6 +12,7 @@ use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check, m)?)?;
+    m.add_function(wrap_pyfunction!(plausible, m)?)?;
     m.add_function(wrap_pyfunction!(judge, m)?)
 }
 
@@ -92,6 +94,17 @@ fn check<'py>(
             Err(Raise::with_result(error, partial.map(|p| p.into_any().unbind())))
         }
     }
+}
+
+/// Doubts about the roots of a model; `P` is its covariance where a fit gives one.
+#[pyfunction]
+fn plausible(
+    model: ModelIn,
+    P: Option<PyReadonlyArray1<'_, f64>>,
+    limits: LimitsIn,
+) -> Outcome<Vec<NoteOut>> {
+    let P = P.as_ref().map(|P| P.as_slice()).transpose().map_err(PyErr::from)?;
+    Ok(notes(&validate::plausible(&model.0, P, &limits.into())?))
 }
 
 /// What the judge needs of a `plantune.validate.Verdict`, by attribute.

@@ -1,6 +1,17 @@
-"""Records to try: two that were measured, and a simulated loop whose truth is known."""
+"""Records to try: two that were measured, and simulations whose truth is known."""
 
 from plantune.datasets.engine import ENGINE_LOOP, EngineLoop, engine_loop
 from plantune.datasets.measured import hair_dryer, robot_arm
+from plantune.datasets.motor import DRIVES, PRINTER_MOTOR, PrinterMotor, printer_motor
 
-__all__ = ["ENGINE_LOOP", "EngineLoop", "engine_loop", "hair_dryer", "robot_arm"]
+__all__ = [
+    "DRIVES",
+    "ENGINE_LOOP",
+    "PRINTER_MOTOR",
+    "EngineLoop",
+    "PrinterMotor",
+    "engine_loop",
+    "hair_dryer",
+    "printer_motor",
+    "robot_arm",
+]

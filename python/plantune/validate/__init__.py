@@ -2,5 +2,17 @@
 
 from plantune.validate.check import Residuals, Verdict, check
 from plantune.validate.compare import Comparison, compare
+from plantune.validate.plausible import plausible
+from plantune.validate.smoothing import Smoothing, Treatment, smoothing
 
-__all__ = ["Comparison", "Residuals", "Verdict", "check", "compare"]
+__all__ = [
+    "Comparison",
+    "Residuals",
+    "Smoothing",
+    "Treatment",
+    "Verdict",
+    "check",
+    "compare",
+    "plausible",
+    "smoothing",
+]

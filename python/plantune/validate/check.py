@@ -15,6 +15,7 @@ from plantune.estimate.fit import Fit
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record
+from plantune.validate.plausible import plausible
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,7 +155,8 @@ def check(
     Returns
     -------
     Verdict
-        With note M11 where rows of the fit are judged again.
+        With note M11 where rows of the fit are judged again, and what `plausible` doubts of the
+        model's poles and zeros; that leaves `passed` as it is.
 
     Raises
     ------
@@ -186,14 +188,14 @@ def check(
     }
     used = own if offset == "fit" else None
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
-    changes = (*seen, *limits.changes())
+    further = (*plausible(fit, limits=limits), *seen, *limits.changes())
     try:
         d = _core.check(rec, model, x0, used, lags, limits)
     except NotIdentifiable as error:
         if error.result is not None:
-            error.result = _verdict(error.result, rec, extra, changes)
+            error.result = _verdict(error.result, rec, extra, further)
         raise
-    return _verdict(d, rec, extra, changes)
+    return _verdict(d, rec, extra, further)
 
 
 def _verdict(

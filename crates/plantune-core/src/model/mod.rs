@@ -1,11 +1,13 @@
 //! Models as values: one `enum Model`, and what every verb asks of it.
 
 mod convert;
+mod lags;
 mod pid;
 mod poly;
 mod process;
 
 pub use convert::{c2d, check_process, d2c};
+pub use lags::lags;
 pub use pid::Pid;
 pub use poly::PolyModel;
 pub use process::{Fraction, ProcessModel};

@@ -1,9 +1,11 @@
 //! Whether a model holds on data: fit, criteria, residuals.
 
 mod judge;
+mod plausibility;
 mod residuals;
 mod verdict;
 
 pub use judge::{Delay, Scores, judge};
+pub use plausibility::plausible;
 pub use residuals::{Residuals, residuals};
 pub use verdict::{CheckOptions, Verdict, check};
