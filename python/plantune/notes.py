@@ -125,6 +125,8 @@ class Limits:
     """Fit in percent by which a polynomial model may be better than a process model."""
     V04: float = _DEFAULT["V04"]
     """Samples by which the delays of the two may differ, beside their uncertainty."""
+    V10: float = _DEFAULT["V10"]
+    """Fit in percent within which models simulate fresh rows equally well."""
     X12: float = _DEFAULT["X12"]
     """Standard deviations that a process gain must be away from zero to be tuned on."""
     C07: float = _DEFAULT["C07"]

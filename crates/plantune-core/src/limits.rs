@@ -31,6 +31,8 @@ pub struct Limits {
     pub V03: f64,
     /// Samples by which the delays of the two may differ, beside their uncertainty.
     pub V04: f64,
+    /// Fit in percent within which models simulate fresh data equally well.
+    pub V10: f64,
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
     /// Least gain margin, as a factor, over the model's uncertainty.
@@ -56,6 +58,7 @@ impl Default for Limits {
             V01: 50.0,
             V03: 5.0,
             V04: 1.0,
+            V10: 1.0,
             X12: 2.0,
             C07: 2.0,
             C07_phase: 45.0,
@@ -65,7 +68,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 17] {
+    pub fn items(&self) -> [(&'static str, f64); 18] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -81,6 +84,7 @@ impl Limits {
             ("V01", self.V01),
             ("V03", self.V03),
             ("V04", self.V04),
+            ("V10", self.V10),
             ("X12", self.X12),
             ("C07", self.C07),
             ("C07_phase", self.C07_phase),

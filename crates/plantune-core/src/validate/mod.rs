@@ -4,6 +4,6 @@ mod judge;
 mod residuals;
 mod verdict;
 
-pub use judge::{Delay, Scores, judge};
+pub use judge::{Delay, Rival, Scores, judge};
 pub use residuals::{Residuals, residuals};
 pub use verdict::{CheckOptions, Verdict, check};

@@ -46,6 +46,8 @@ pub struct Verdict {
     pub residuals: Residuals,
     /// Factor by which correlated residuals widen a standard deviation.
     pub widening: f64,
+    /// Whether the input follows earlier errors, as it does in closed loop.
+    pub feedback: bool,
     /// Fit above the limit and residuals free of the input.
     pub passed: bool,
     /// Doubts.
@@ -107,6 +109,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         N,
         offset: simulated.offset,
         widening: if exact { 1.0 } else { widening(&residuals) },
+        feedback: !exact && feedback(&residuals),
         simulated,
         errors,
         residuals,
@@ -163,6 +166,16 @@ fn widening(residuals: &Residuals) -> f64 {
         return 1.0;
     }
     (1.0 + 2.0 * outside.iter().sum::<f64>()).sqrt()
+}
+
+/// Whether some input follows earlier errors: more negative lags outside the band than by chance, one of
+/// them beyond what chance gives.
+fn feedback(residuals: &Residuals) -> bool {
+    let before = residuals.cross_lags.iter().take_while(|lag| **lag < 0).count();
+    residuals.crosscorr.iter().zip(&residuals.cross_band).any(|(r, band)| {
+        let outside: Vec<f64> = r[..before].iter().map(|r| r.abs()).filter(|r| r > band).collect();
+        outside.len() > by_chance(before) && outside.iter().any(|r| *r > residuals.cross_limit * band)
+    })
 }
 
 /// Lags that may lie outside a 99 % band without saying anything.
