@@ -5,6 +5,7 @@
     rec = pt.read("heater.csv", u="power", y="temp", Ts=0.08)
     run = pt.job.run(rec)
 
+`inspect` lists what is wrong with a file before that.
 Stages, in the order of the work: `prep analyze estimate validate tune simulate`; `job` runs them
 all, `report` and `plot` show the result, `datasets` brings records to try.  Stages load when first
 used.
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from plantune.errors import RunError as RunError
     from plantune.errors import UsageError as UsageError
     from plantune.estimate import Fit as Fit
+    from plantune.inspection import inspect as inspect
     from plantune.io import read as read
     from plantune.notes import Limits as Limits
     from plantune.notes import Note as Note
@@ -46,6 +48,7 @@ if TYPE_CHECKING:
 _HOME: dict[str, str | None] = {
     "Record": "record",
     "read": "io",
+    "inspect": "inspection",
     "Limits": "notes",
     "Note": "notes",
     "Fit": "estimate",

@@ -45,6 +45,9 @@ def envelope(y: Floats, start: int, end: int, buckets: int) -> NDArray[np.uintp]
 def uniform_step(t: Floats, limits: Limits) -> float:
     """Sample time of ascending stamps; refuses steps that differ (D15)."""
 
+def steps(t: Floats) -> Fields | None:
+    """Median, 1 % and 99 % quantile of the steps, how many are gaps, how many do not go on."""
+
 def resample(
     t: Floats, x: Floats, held: Sequence[bool], Ts: float
 ) -> tuple[Floats, Floats, list[int], NDArray[np.int64]]:
@@ -193,6 +196,15 @@ def load_horizon(model: ProcessModel, pid: PID) -> float:
 
 # --- findings and fits -------------------------------------------------------------------------
 
+def health(rec: Record, limits: Limits) -> Fields:
+    """Fields of `Health` but `source`; stretches, spikes and sentinels as tuples."""
+
+def spikes(rec: Record, limits: Limits) -> tuple[list[int], list[int], list[Fields]]:
+    """Row of the record and output of each spike (D19), and a note per output."""
+
+def excitation_orders(rec: Record, most: int, limits: Limits) -> list[int]:
+    """Parameters of a linear model that each input supports (X02), up to `most`."""
+
 def input_moves(rec: Record, limits: Limits) -> bool:
     """Whether every input moves (X01)."""
 
@@ -210,6 +222,9 @@ def pem(rec: Record, orders: object, offset: bool, at_rest: bool, limits: Limits
 
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source rows`, `P` flat; `L` bounds the delay."""
+
+def check_sampling(T: float, sd: float, Ts: float, limits: Limits) -> None:
+    """Refuse a `T` that is too short for `Ts` with its whole 95 % interval (M09)."""
 
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""

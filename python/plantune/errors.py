@@ -175,6 +175,13 @@ def from_core(note: dict[str, Any], result: Any = None) -> PlantuneError:
     return refusal(note.pop("code"), note.pop("text"), result=result, **note)
 
 
+def from_note(note: Any, result: Any = None) -> PlantuneError:
+    """Return the exception for a note of severity "error"."""
+    names = ("where", "count", "measured", "limit", "remedy")
+    evidence = {name: getattr(note, name) for name in names}
+    return refusal(note.code, note.text, result=result, **evidence)
+
+
 def evidence(finding: Any) -> str:
     """Return where, how many and measured against which limit, as one line."""
     parts = []

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from plantune import _core
-from plantune.analyze import DelayScan, delay
-from plantune.errors import NotIdentifiable, refusal
+from plantune.analyze import DelayScan, Health, delay, health
+from plantune.errors import NotIdentifiable, from_note, refusal
 from plantune.estimate import Fit, arx, process
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Record
@@ -33,7 +33,7 @@ class Run:
     record : Record
         What went in.
     findings : mapping
-        `delay`: the delay scan.
+        `health`: what is wrong with the record; `delay`: the delay scan.
     fits, verdicts : mapping
         `ARX` and `P1D`, fitted on one part of the record and judged on the other.
     chosen : Fit
@@ -57,7 +57,7 @@ class Run:
 
     title: str
     record: Record
-    findings: Mapping[str, DelayScan]
+    findings: Mapping[str, Any]
     fits: Mapping[str, Fit]
     verdicts: Mapping[str, Verdict]
     chosen: Fit
@@ -98,10 +98,11 @@ def run(
 ) -> Run:
     """Take a record to a validated model and a tuned loop.
 
-    The delay is scanned, ARX and a process model are fitted on the first half and judged on the
-    second; the process model is fitted again on all rows, tuned by IMC-PI, and the loop is
-    simulated.  The ARX model is the judge: where it simulates clearly better, or needs another
-    delay, the process model's intervals are widened and a note says so.
+    A record that `analyze.health` finds wrong is refused.  The delay is scanned, ARX and a process
+    model are fitted on the first half and judged on the second; the process model is fitted again
+    on all rows, tuned by IMC-PI, and the loop is simulated.  The ARX model is the judge: where it
+    simulates clearly better, or needs another delay, the process model's intervals are widened
+    and a note says so.
 
     Parameters
     ----------
@@ -123,6 +124,8 @@ def run(
 
     Raises
     ------
+    DataError
+        An output stands still (D18), or a column holds codes for missing values (D19).
     NotIdentifiable
         The record cannot support a model; says why and what to record instead.
 
@@ -149,6 +152,7 @@ def run(
             limit=_LEAST_ROWS,
             remedy="record longer",
         )
+    found = _healthy(rec, limits)
     est, val, notes = _parts(rec, limits)
     scan = _scan(est, limits)
     fits = {"ARX": _arx(est, scan, limits), "P1D": _process(est, rec, limits)}
@@ -158,7 +162,7 @@ def run(
     return Run(
         title=title or f"{rec.u_names[0]} to {rec.y_names[0]}",
         record=rec,
-        findings={"delay": scan},
+        findings={"health": found, "delay": scan},
         fits=fits,
         verdicts=verdicts,
         chosen=chosen,
@@ -167,6 +171,15 @@ def run(
         notes=notes,
         truth=truth,
     )
+
+
+def _healthy(rec: Record, limits: Limits) -> Health:
+    """Look at the record; refuse what forbids a model."""
+    found = health(rec, limits)
+    for note in found.notes:
+        if note.severity == "error":
+            raise from_note(note, found)
+    return found
 
 
 def _parts(rec: Record, limits: Limits) -> tuple[Record, Record, tuple[Note, ...]]:

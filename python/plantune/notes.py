@@ -56,12 +56,12 @@ def notes_from_core(notes: Iterable[Mapping[str, Any]]) -> tuple[Note, ...]:
     )
 
 
-def note_of(error: PlantuneError, text: str) -> Note:
-    """Return a refusal as the doubt it is where other results stand beside it."""
+def note_of(error: PlantuneError, severity: str = "error", text: str = "") -> Note:
+    """Return a refusal as a note; a warning where other results stand beside it."""
     return Note(
         code=error.code,
-        severity="warning",
-        text=text,
+        severity=severity,
+        text=text or error.text,
         where=Where(*error.where) if error.where else None,
         count=error.count,
         measured=error.measured,
@@ -103,6 +103,10 @@ class Limits:
     """Largest finite magnitude."""
     D15: float = _DEFAULT["D15"]
     """Largest deviation of a time step, as a share of the step."""
+    D18: float = _DEFAULT["D18"]
+    """Share of the record that an output may stand still while an input moves."""
+    D19: float = _DEFAULT["D19"]
+    """Least size of a spike, in robust standard deviations."""
     X01: float = _DEFAULT["X01"]
     """Least input travel relative to the input's largest magnitude."""
     X02: float = _DEFAULT["X02"]
@@ -119,6 +123,8 @@ class Limits:
     """Least ratio of singular values of a record's regressor."""
     F02: float = _DEFAULT["F02"]
     """Most that a filter may remember of an unknown start, as a share of what it changed."""
+    M09: float = _DEFAULT["M09"]
+    """Largest sample time as a share of the time constant."""
     V01: float = _DEFAULT["V01"]
     """Least simulation fit, in percent, for a verdict to pass."""
     V03: float = _DEFAULT["V03"]

@@ -9,6 +9,10 @@ pub struct Limits {
     pub D08: f64,
     /// Largest deviation of a time step from the median step, as a share of it.
     pub D15: f64,
+    /// Share of the record that an output may stand still while an input moves.
+    pub D18: f64,
+    /// Least size of a spike, in robust standard deviations of the second difference.
+    pub D19: f64,
     /// Least input travel, relative to the input's largest magnitude after centring on its first value.
     pub X01: f64,
     /// Least ratio of singular values of the centred, column-scaled input Hankel matrix.
@@ -25,6 +29,8 @@ pub struct Limits {
     pub X08: f64,
     /// Most that a filter may remember of an unknown start, as a share of what it changed.
     pub F02: f64,
+    /// Largest sample time as a share of the time constant.
+    pub M09: f64,
     /// Least simulation fit on fresh data, in percent, for a verdict to pass.
     pub V01: f64,
     /// Fit in percent by which a polynomial model may simulate fresh data better than a process model.
@@ -47,6 +53,8 @@ impl Default for Limits {
             D07: 0.2,
             D08: 1e150,
             D15: 0.01,
+            D18: 0.2,
+            D19: 20.0,
             X01: 1e-8,
             X02: 1e-5,
             X03: 10.0,
@@ -55,6 +63,7 @@ impl Default for Limits {
             X06: 0.01,
             X08: 1e-10,
             F02: 0.02,
+            M09: 0.5,
             V01: 50.0,
             V03: 5.0,
             V04: 1.0,
@@ -68,11 +77,13 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 18] {
+    pub fn items(&self) -> [(&'static str, f64); 21] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
             ("D15", self.D15),
+            ("D18", self.D18),
+            ("D19", self.D19),
             ("X01", self.X01),
             ("X02", self.X02),
             ("X03", self.X03),
@@ -81,6 +92,7 @@ impl Limits {
             ("X06", self.X06),
             ("X08", self.X08),
             ("F02", self.F02),
+            ("M09", self.M09),
             ("V01", self.V01),
             ("V03", self.V03),
             ("V04", self.V04),

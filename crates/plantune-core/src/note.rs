@@ -25,6 +25,11 @@ impl Severity {
     }
 }
 
+/// Four significant digits, short in print.
+pub fn rounded(x: f64) -> f64 {
+    format!("{x:.3e}").parse().unwrap_or(x)
+}
+
 /// The place in a record that a finding speaks of; `row` counts in the original file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Place {
@@ -82,6 +87,11 @@ impl Note {
     /// A doubt.
     pub fn warning(code: &'static str, text: impl Into<String>) -> Self {
         Note::new(code, Severity::Warning, text)
+    }
+
+    /// What forbids a result.
+    pub fn error(code: &'static str, text: impl Into<String>) -> Self {
+        Note::new(code, Severity::Error, text)
     }
 
     /// A remark.

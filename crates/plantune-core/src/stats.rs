@@ -26,6 +26,12 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[low] + (at - low as f64) * (sorted[high] - sorted[low])
 }
 
+/// The middle value, the upper one of two; 0 of none.
+pub fn median(mut x: Vec<f64>) -> f64 {
+    let middle = x.len() / 2;
+    if x.is_empty() { 0.0 } else { *x.select_nth_unstable_by(middle, f64::total_cmp).1 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

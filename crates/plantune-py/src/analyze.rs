@@ -1,14 +1,17 @@
 //! Looks at a record.
 
-use plantune_core::Limits;
-use plantune_core::analyze::delay_scan;
-use plantune_core::excitation::check_input_motion;
+use plantune_core::analyze::{self, delay_scan};
+use plantune_core::excitation::{check_input_motion, excitation_order};
+use plantune_core::{Limits, Note};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
 use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(health, m)?)?;
+    m.add_function(wrap_pyfunction!(spikes, m)?)?;
+    m.add_function(wrap_pyfunction!(excitation_orders, m)?)?;
     m.add_function(wrap_pyfunction!(input_moves, m)?)?;
     m.add_function(wrap_pyfunction!(delay, m)?)
 }
@@ -47,6 +50,56 @@ fn delay<'py>(
         N: scan.N,
         notes: notes(&scan.notes),
     })
+}
+
+/// The dict behind `plantune.analyze.Health(**d)`; rows are those of the file.
+#[derive(IntoPyObject)]
+struct HealthOut {
+    stuck: Vec<(String, usize, usize)>,
+    spikes: Vec<(String, usize, f64)>,
+    sentinels: Vec<(String, f64, usize)>,
+    notes: Vec<NoteOut>,
+}
+
+#[pyfunction]
+fn health(py: Python<'_>, rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<HealthOut> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let found = py.detach(|| analyze::health(&record, &limits));
+    let name = |output: usize| record.names[record.nu + output].clone();
+    let row = |k: usize| record.place(0, k).row.unwrap_or(k);
+    let stretch = |s: &analyze::Stretch| (name(s.output), row(s.rows.start), row(s.rows.end - 1));
+    let spike = |s: &analyze::Spike| (name(s.output), row(s.row), s.size);
+    let sentinel = |s: &analyze::Sentinel| (record.names[s.column].clone(), s.value, s.count);
+    Ok(HealthOut {
+        stuck: found.stuck.iter().map(stretch).collect(),
+        spikes: found.spikes.iter().map(spike).collect(),
+        sentinels: found.sentinels.iter().map(sentinel).collect(),
+        notes: notes(&found.notes),
+    })
+}
+
+/// Row of the record and output of each spike, and the same in words.
+#[pyfunction]
+fn spikes(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    limits: LimitsIn,
+) -> Outcome<(Vec<usize>, Vec<usize>, Vec<NoteOut>)> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let found = py.detach(|| analyze::spikes(&record, &limits));
+    let said: Vec<Note> =
+        (0..record.ny).filter_map(|i| analyze::spikes_note(&record, i, &found, &limits)).collect();
+    Ok((found.iter().map(|s| s.row).collect(), found.iter().map(|s| s.output).collect(), notes(&said)))
+}
+
+/// Parameters of a linear model that each input supports, up to `most`.
+#[pyfunction]
+fn excitation_orders(rec: RecordIn<'_>, most: usize, limits: LimitsIn) -> Outcome<Vec<usize>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    Ok((0..record.nu).map(|i| excitation_order(&record, i, most, limits.X02)).collect())
 }
 
 /// Whether every input moves (X01).

@@ -17,6 +17,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(prbs, m)?)?;
     m.add_function(wrap_pyfunction!(envelope, m)?)?;
     m.add_function(wrap_pyfunction!(uniform_step, m)?)?;
+    m.add_function(wrap_pyfunction!(steps, m)?)?;
     m.add_function(wrap_pyfunction!(resample, m)?)?;
     m.add_function(wrap_pyfunction!(decimate, m)?)?;
     m.add_function(wrap_pyfunction!(has_no_level, m)?)?;
@@ -60,6 +61,23 @@ fn envelope<'py>(
 #[pyfunction]
 fn uniform_step(t: PyReadonlyArray1<'_, f64>, limits: LimitsIn) -> Outcome<f64> {
     Ok(signal::uniform_step(t.as_slice().map_err(PyErr::from)?, &limits.into())?)
+}
+
+/// The dict behind `plantune.inspection.Stamps(**d)`.
+#[derive(IntoPyObject)]
+struct StepsOut {
+    step: f64,
+    p1: f64,
+    p99: f64,
+    gaps: usize,
+    back: usize,
+}
+
+/// What the steps between stamps look like; none of fewer than two.
+#[pyfunction]
+fn steps(t: PyReadonlyArray1<'_, f64>) -> Outcome<Option<StepsOut>> {
+    let found = signal::steps(t.as_slice().map_err(PyErr::from)?);
+    Ok(found.map(|s| StepsOut { step: s.step, p1: s.p1, p99: s.p99, gaps: s.gaps, back: s.back }))
 }
 
 /// Columns, starts and original rows on the new grid.

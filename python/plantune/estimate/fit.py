@@ -48,6 +48,8 @@ class Fit:
         Fingerprint of the record.
     rows : array (k, 2)
         First and last original row of each stretch of the record.
+    Ts : float or None
+        Sample time of the record, seconds; None for a plain least-squares problem.
 
     Examples
     --------
@@ -80,6 +82,7 @@ class Fit:
     notes: tuple[Note, ...]
     source: str
     rows: NDArray[np.int64]
+    Ts: float | None = None
 
     def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
         """Return the output for the input `u`, offset included, the plant at rest before row 0.
@@ -151,6 +154,7 @@ def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits:
         },
         source="" if rec is None else rec.source,
         rows=np.empty((0, 2), np.int64) if rec is None else row_ranges(rec),
+        Ts=None if rec is None else rec.Ts,
     )
 
 

@@ -42,7 +42,7 @@ def process(
     ------
     NotIdentifiable
         The input stands still (X01), too few rows (X03), nothing of y follows u (X04), delays
-        beyond a third of the record (X05).
+        beyond a third of the record (X05), `T` clearly below two sample times (M09).
 
     Notes
     -----

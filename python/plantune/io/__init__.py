@@ -15,7 +15,7 @@ from plantune.io.table import Name, Sheet
 from plantune.notes import Limits
 from plantune.record import Record
 
-__all__ = ["load_model", "read", "save_model", "to_json", "write_json"]
+__all__ = ["load_model", "open_sheet", "read", "save_model", "to_json", "write_json"]
 
 # A reader gets the bytes; a new format gets its line here.
 _READERS: Final[Mapping[str, Callable[[bytes], Sheet]]] = {
@@ -98,12 +98,36 @@ def read(
     >>> rec.units["power"]
     'V'
     """
+    choice = Choice(u, y, Ts, r, aux, time, resample, missing, units or {}, limits or Limits())
+    return record_from(open_sheet(path), choice)
+
+
+def open_sheet(path: str | PathLike[str]) -> Sheet:
+    r"""Return the table of a file, its header read and nothing chosen yet.
+
+    Raises
+    ------
+    DataError
+        Too large (D01), another format (D02), encoding (D03), no rows (D04).
+    UsageError
+        There is no such file (U01).
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "heater.csv"
+    ...     _ = path.write_text("time,power [V]\n0.0,1\n0.5,2\n")
+    ...     sheet = open_sheet(path)
+    >>> [(column.name, column.unit) for column in sheet.columns]
+    [('time', ''), ('power', 'V')]
+    """
     suffix = suffix_of(path)
     data = contents(path)
     if suffix not in _READERS:
         raise _not_readable(suffix, data)
-    choice = Choice(u, y, Ts, r, aux, time, resample, missing, units or {}, limits or Limits())
-    return record_from(_READERS[suffix](data), choice)
+    return _READERS[suffix](data)
 
 
 def _not_readable(suffix: str, data: bytes) -> Exception:

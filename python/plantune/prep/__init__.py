@@ -2,6 +2,7 @@
 
 from plantune._core import Butterworth
 from plantune.prep.butter import bandpass, highpass, lowpass
+from plantune.prep.despike import despike
 from plantune.prep.detrend import detrend
 from plantune.prep.resample import resample
 from plantune.prep.smooth import smooth
@@ -10,6 +11,7 @@ from plantune.prep.stretches import moving, steady
 __all__ = [
     "Butterworth",
     "bandpass",
+    "despike",
     "detrend",
     "highpass",
     "lowpass",

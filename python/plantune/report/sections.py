@@ -304,7 +304,10 @@ def _parts(run: Run) -> list[tuple[str, Any]]:
     """Pair everything that carries notes with what it is called."""
     return [
         ("run", run),
-        *((f"{name} scan", finding) for name, finding in run.findings.items()),
+        *(
+            ("delay scan" if name == "delay" else name, finding)
+            for name, finding in run.findings.items()
+        ),
         *((f"{name} fit", fit) for name, fit in run.fits.items()),
         *((f"{name} judged", verdict) for name, verdict in run.verdicts.items()),
         (f"{run.chosen.method} for the settings", run.chosen),

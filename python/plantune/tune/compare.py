@@ -181,7 +181,7 @@ def compare(
         ),
         notes=(
             *merged([(tuning.rule, tuning.notes) for tuning in tunings]),
-            *(note_of(error, f"left out: {error.text}") for error in refused),
+            *(note_of(error, "warning", f"left out: {error.text}") for error in refused),
         ),
         source=tunings[0].source,
     )

@@ -48,7 +48,8 @@ def imc_pi(
     UsageError
         Not exactly one wish, or one out of its range (U01).
     NotIdentifiable
-        The model is none (M12), or its uncertainty leaves the sign of the gain open (X12).
+        The model is none (M12), its uncertainty leaves the sign of the gain open (X12), or its
+        record was sampled too slowly for its time constant (M09).
 
     Notes
     -----

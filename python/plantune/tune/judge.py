@@ -78,6 +78,7 @@ def _plant(
         )
     if isinstance(model, Fit):
         _check_sign(model, limits)
+        _check_sampling(model, limits)
     return _with_delay(plant, delay_at_least)
 
 
@@ -92,6 +93,12 @@ def _check_sign(fit: Fit, limits: Limits) -> None:
             limit=limits.X12 * sd,
             remedy="record longer or with larger steps of the input",
         )
+
+
+def _check_sampling(fit: Fit, limits: Limits) -> None:
+    """M09: a time constant clearly below two sample times must not be tuned on."""
+    if fit.Ts is not None:
+        _core.check_sampling(float(fit.theta[1]), float(fit.sd[1]), fit.Ts, limits)
 
 
 def _with_delay(plant: ProcessModel, least: float) -> tuple[ProcessModel, tuple[Note, ...]]:

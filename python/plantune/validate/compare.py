@@ -137,7 +137,7 @@ def _judged(
         if error.result is None:
             raise
         verdict = replace(
-            error.result, passed=False, notes=(*error.result.notes, note_of(error, error.text))
+            error.result, passed=False, notes=(*error.result.notes, note_of(error, "warning"))
         )
     return replace(verdict, name=name)
 

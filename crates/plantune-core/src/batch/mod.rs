@@ -7,6 +7,7 @@ mod orders;
 mod pem;
 mod poly_fit;
 mod process;
+mod sampling;
 
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
@@ -14,3 +15,4 @@ pub use least_squares::{LinearFit, least_squares};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
+pub use sampling::sampling;

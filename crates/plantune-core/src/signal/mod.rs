@@ -17,7 +17,7 @@ pub use detrend::{has_no_level, means, without_levels};
 pub use envelope::envelope;
 pub use prbs::prbs;
 pub use prefilter::{Filtered, Marks, prefilter};
-pub use resample::{Resampled, resample, uniform_step};
+pub use resample::{Resampled, Steps, resample, steps, uniform_step};
 pub use smooth::{Smoothed, smooth};
 pub use sos::{Filter, Section, Sos};
 pub use stretches::{Stretches, stretches};

@@ -2,11 +2,14 @@
 
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::note::Place;
+use crate::note::{Place, rounded};
 use crate::stats::quantile;
 
 /// Steps longer than this many own steps would need a filter first.
 const DECIMATION: f64 = 1.5;
+
+/// A step longer than this many medians is a gap.
+const GAP: f64 = 1.5;
 
 /// The sample time of uniform stamps; refuses others (D13, D14, D15).
 pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
@@ -39,9 +42,32 @@ pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
         .remedy(format!("resample to a uniform step: resample={}", rounded(median))))
 }
 
-/// Four significant digits, short in print.
-fn rounded(x: f64) -> f64 {
-    format!("{x:.3e}").parse().unwrap_or(x)
+/// The steps between time stamps, uniform or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steps {
+    /// Median step, s.
+    pub step: f64,
+    /// Steps below which 1 % and 99 % of all lie, s.
+    pub p1: f64,
+    /// See `p1`.
+    pub p99: f64,
+    /// Steps longer than one and a half medians.
+    pub gaps: usize,
+    /// Steps that are zero or go back.
+    pub back: usize,
+}
+
+/// What the steps between stamps look like; none where there are fewer than two stamps.
+pub fn steps(t: &[f64]) -> Option<Steps> {
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    steps.sort_by(f64::total_cmp);
+    let [p1, step, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
+    let gaps = steps.iter().filter(|&&d| d > GAP * step).count();
+    let back = steps.iter().filter(|&&d| d <= 0.0).count();
+    Some(Steps { step, p1, p99, gaps, back })
 }
 
 /// Stamps must ascend: D13 where they go back, D14 where they repeat.

@@ -1,0 +1,103 @@
+"""`plantune inspect`: what a file holds, and all that is wrong with it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from plantune.cli.main import Json, LimitOption, _column, _limits, app
+from plantune.cli.output import fail, print_json
+from plantune.cli.summary import _note
+from plantune.errors import PlantuneError
+from plantune.inspection import ColumnSeen, Inspection, Stamps
+from plantune.inspection import inspect as look
+from plantune.io import to_json
+
+# Columns up to which the table is printed.
+_MOST_COLUMNS = 50
+
+
+@app.command()
+def inspect(
+    data: Annotated[Path, typer.Argument(help="Record: a CSV file.")],
+    u: Annotated[str | None, typer.Option(help="Input column, by name or number from 0.")] = None,
+    y: Annotated[str | None, typer.Option(help="Output column.")] = None,
+    Ts: Annotated[float | None, typer.Option("--Ts", help="Sample time, seconds.")] = None,
+    r: Annotated[str | None, typer.Option(help="Set-point column.")] = None,
+    time: Annotated[str | None, typer.Option(help="Column of time stamps.")] = None,
+    resample: Annotated[
+        float | None, typer.Option(help="Bring jittered stamps to this step.")
+    ] = None,
+    missing: Annotated[str, typer.Option(help="error, segments or mask.")] = "error",
+    limit: LimitOption = None,
+    as_json: Json = False,
+) -> None:
+    """List the columns of a file and all that is wrong with it; nothing readable is refused."""
+    try:
+        seen = look(
+            data,
+            u=_column(u),
+            y=_column(y),
+            Ts=Ts,
+            r=_column(r),
+            time=_column(time),
+            resample=resample,
+            missing=missing,
+            limits=_limits(limit),
+        )
+    except PlantuneError as error:
+        fail(error, as_json)
+        raise typer.Exit(error.exit_code) from None
+    if as_json:
+        print_json(to_json(seen, longest=100))
+    else:
+        _show(seen)
+
+
+def _show(seen: Inspection) -> None:
+    console = Console(highlight=False)
+    console.print(Text(seen.name, style="bold"), Text(seen.record, style="dim"), soft_wrap=True)
+    if seen.columns:
+        console.print(_columns(seen.columns[:_MOST_COLUMNS]))
+    if len(seen.columns) > _MOST_COLUMNS:
+        console.print(f"and {len(seen.columns) - _MOST_COLUMNS} more columns")
+    if seen.stamps:
+        console.print(_stamps(seen.stamps), soft_wrap=True)
+    for name, order in seen.excitation.items():
+        console.print(f"{name} supports {order} parameters of a linear model", soft_wrap=True)
+    for name, scan in seen.delay.items():
+        console.print(f"delay from {name}: {scan}", soft_wrap=True)
+    for note in seen.findings:
+        console.print(_note(note), soft_wrap=True)
+        if note.evidence:
+            console.print(Text(f"    {note.evidence}", "dim"), soft_wrap=True)
+    if not seen.findings:
+        console.print("nothing wrong found")
+
+
+def _columns(columns: tuple[ColumnSeen, ...]) -> Table:
+    table = Table(box=box.SIMPLE_HEAD)
+    for heading in ("", "column", "holds"):
+        table.add_column(heading)
+    for heading in ("values", "missing", "min", "max", "distinct"):
+        table.add_column(heading, justify="right")
+    for c in columns:
+        counts = [c.values, c.missing, c.low, c.high, c.distinct]
+        cells = [
+            "" if x is None else f"{x:.6g}" if isinstance(x, float) else str(x) for x in counts
+        ]
+        name = f"{c.name} [{c.unit}]" if c.unit else c.name
+        table.add_row(str(c.number), Text(name), c.holds, *cells)
+    return table
+
+
+def _stamps(stamps: Stamps) -> str:
+    steps = f"step {stamps.step:.6g} s (1 % {stamps.p1:.6g}, 99 % {stamps.p99:.6g})"
+    said = "".join(f"; {text}" for text in stamps.said)
+    return f"stamps: {steps}, {stamps.gaps} gaps, {stamps.back} repeated or back{said}"

@@ -1,0 +1,286 @@
+"""D18, D19, M09 and M11 of BAD_INPUTS.md, variant by variant, in Python and on the command line."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pytest import approx
+
+import plantune as pt
+from contract.records import (
+    TS,
+    b0,
+    check_cli_refusal,
+    check_refusal,
+    codes,
+    levels,
+    plantune,
+    record,
+    strict_json,
+    write,
+)
+
+EVERY = ("where", "count", "measured", "limit")
+COLUMNS = ["--u", "u", "--y", "y"]
+U, Y = b0()
+
+
+def with_values(x, value, rows):
+    x = np.array(x)
+    x[rows] = value
+    return x
+
+
+def refused(make, code, needs):
+    with pytest.raises(pt.PlantuneError) as caught:
+        make()
+    check_refusal(caught.value, code, needs)
+    return caught.value
+
+
+def tuned(tmp_path, u, y, *more):
+    """Run `plantune tune --json` on a table; give the notes of its health and its exit code."""
+    path = write(tmp_path / "a.csv", u, y)
+    done = plantune("tune", path, *COLUMNS, "--out", tmp_path / "out", "--json", *more)
+    assert done.exit_code == 0, done.output
+    return strict_json(done.stdout)
+
+
+# --- D18: stuck ---
+
+
+@pytest.mark.parametrize("first", [0, 10], ids=["all rows", "all but ten"])
+def test_d18_an_output_that_never_moves_is_refused(tmp_path, first):
+    y = with_values(Y, 3.25, slice(first, 1000))
+    error = refused(lambda: pt.job.run(record(y=y)), "D18", EVERY)
+    assert error.where[:2] == ("y", first)
+    assert (error.count, error.measured, error.limit) == (1000 - first, 1000 - first, 200)
+    assert error.result.stuck[0].first == first
+    found = check_cli_refusal(tmp_path, "D18", EVERY, write(tmp_path / "a.csv", U, y), *COLUMNS)
+    assert "3.25" in found["text"]
+
+
+@pytest.mark.parametrize("rows", [slice(200, 450), slice(650, 1000)], ids=["middle", "end"])
+def test_d18_a_stretch_is_a_warning_with_its_rows(tmp_path, rows):
+    y = with_values(Y, Y[rows.start], rows)
+    run = pt.job.run(record(y=y))
+    (stretch,) = run.findings["health"].stuck
+    assert (stretch.first, stretch.last) == (rows.start, rows.stop - 1)
+    assert "D18" in codes(run)
+    printed = tuned(tmp_path, U, y)["findings"]["health"]
+    assert printed["stuck"] == [{"signal": "y", "first": rows.start, "last": rows.stop - 1}]
+    assert [note["severity"] for note in printed["notes"]] == ["warning"]
+
+
+def test_d18_is_no_matter_of_a_bare_estimator():
+    y = with_values(Y, Y[200], slice(200, 450))
+    assert "D18" not in codes(pt.estimate.arx(record(y=y), 1, 1, 1))
+
+
+def test_d18_a_loosened_limit_decides_and_is_noted(tmp_path):
+    y = with_values(Y, Y[200], slice(200, 450))
+    found = tuned(tmp_path, U, y, "--limit", "D18=0.4")["findings"]["health"]
+    assert found["stuck"] == []
+    assert [note["text"] for note in found["notes"]] == ["limit D18 is 0.4 instead of 0.2"]
+
+
+# --- D19: spikes and sentinels ---
+
+
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_d19_spikes_are_a_warning_with_their_rows(tmp_path, sign):
+    rows = [50, 52, 333, 600, 901]
+    y = Y.copy()
+    y[rows] += sign * 20 * Y.std()
+    run = pt.job.run(record(y=y))
+    assert [s.row for s in run.findings["health"].spikes] == rows
+    assert "D19" in codes(run)
+    (note,) = tuned(tmp_path, U, y)["findings"]["health"]["notes"]
+    assert (note["code"], note["severity"], note["count"]) == ("D19", "warning", 5)
+    assert "50, 52, 333, 600, 901" in note["text"]
+    assert "despike" in note["remedy"]
+
+
+@pytest.mark.parametrize("code", [-9999, 65535, 32767])
+@pytest.mark.parametrize("column", ["u", "y"])
+def test_d19_sentinels_are_refused(tmp_path, code, column):
+    x = {"u": U, "y": Y}
+    x[column] = with_values(x[column], code, [5, 77])
+    error = refused(lambda: pt.job.run(record(**x)), "D19", EVERY)
+    assert error.where == (column, 5, approx(5 * TS))
+    assert error.count == 2
+    found = check_cli_refusal(tmp_path, "D19", EVERY, write(tmp_path / "a.csv", **x), *COLUMNS)
+    assert f"holds {code} in 2 of 1000 rows" in found["text"]
+    assert f"sentinels=({code},)" in found["remedy"]
+
+
+def test_d19_a_clean_record_has_none():
+    assert not {"D18", "D19"} & set(codes(pt.job.run(record())))
+
+
+# --- M09: sampling ---
+
+
+def sampled(T, L=0.3, Ts=1.0, N=600, seed=1, sd=0.02):
+    """Simulate a first-order plant whose input moves every third row."""
+    u = np.repeat(levels(N // 3, seed), 3)
+    y = pt.models.ProcessModel(K=2.0, T=T, L=L).simulate(u, Ts)
+    return u, y + sd * np.random.default_rng(seed).normal(size=N)
+
+
+def of(u, y, Ts=1.0):
+    return pt.Record(u=u, y=y, Ts=Ts)
+
+
+NEEDS = ("where", "measured", "limit")
+
+
+@pytest.mark.parametrize("T", [0.02, 0.1, 0.3, 0.6, 1.5])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_m09_too_slow_sampling_is_refused_with_a_proposal(T, seed):
+    rec = of(*sampled(T, seed=seed))
+    for verb in (pt.estimate.process, pt.job.run):
+        error = refused(lambda verb=verb: verb(rec), "M09", NEEDS)
+        assert error.measured > error.limit == 0.5
+        assert "record with Ts = " in error.remedy
+    proposed = float(error.remedy.split("Ts = ")[1].split()[0])
+    assert T < 0.5 or proposed == approx(T / 10, rel=0.1)
+
+
+@pytest.mark.parametrize("T", [0.3, 0.6])
+def test_m09_on_the_command_line(tmp_path, T):
+    u, y = sampled(T)
+    path = write(tmp_path / "a.csv", u, y, np.arange(600.0))
+    check_cli_refusal(tmp_path, "M09", NEEDS, path, *COLUMNS)
+
+
+@pytest.mark.parametrize("T", [0.02, 0.6])
+def test_m09_holds_without_noise(T):
+    rec = of(*sampled(T, sd=0.0))
+    assert refused(lambda: pt.estimate.process(rec), "M09", NEEDS).measured > 1
+
+
+@pytest.mark.parametrize("T", [2.2, 5.0, 20.0])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_m09_is_silent_where_sampling_suits(T, seed):
+    rec = of(*sampled(T, seed=seed))
+    assert "M09" not in codes(pt.estimate.process(rec))
+    assert "M09" not in codes(pt.job.run(rec))
+
+
+def test_m09_an_interval_that_reaches_two_samples_is_a_doubt():
+    """T = 1.9 Ts under much noise: refused, doubted, or estimated above 2 Ts; never bare below."""
+    doubts = 0
+    for seed in range(12):
+        rec = of(*sampled(1.9, seed=seed, sd=0.3))
+        try:
+            fit = pt.estimate.process(rec)
+        except pt.NotIdentifiable as error:
+            assert error.code == "M09"
+            continue
+        assert ("M09" in codes(fit)) == (fit.model.T < 2)
+        doubts += fit.model.T < 2
+        assert pt.tune.imc_pi(fit, tau_c=3.0).controller.Ti == fit.model.T
+    assert doubts >= 3
+
+
+def test_m09_too_fast_sampling_is_a_doubt_with_a_proposal():
+    u = np.repeat(levels(15, 4), 1000)
+    y = pt.models.ProcessModel(K=2.0, T=2000.0, L=50.0).simulate(u, 1.0)
+    (note,) = (n for n in pt.estimate.process(of(u, y)).notes if n.code == "M09")
+    assert note.severity == "warning"
+    assert note.measured < note.limit == 1e-3
+    assert float(note.remedy.split("Ts = ")[1].split()[0]) == approx(200, rel=0.1)
+
+
+def test_m09_an_arx_model_is_not_refused():
+    assert "M09" not in codes(pt.estimate.arx(of(*sampled(0.3)), 1, 2, 1))
+
+
+@pytest.mark.parametrize("how", ["gain_margin", "tau_c"])
+def test_m09_such_a_fit_is_not_tuned_on(how):
+    fit = pt.estimate.process(of(*sampled(5.0)))
+    T = 0.6
+    short = replace(fit, model=replace(fit.model, T=T), theta=np.array([2.0, T, 0.3]))
+    wish = {how: 3.0}
+    refused(lambda: pt.tune.imc_pi(short, **wish), "M09", NEEDS)
+    assert pt.tune.imc_pi(short, **wish, limits=pt.Limits(M09=2.0)).controller.Ti == T
+    assert pt.tune.imc_pi(short.model, **wish).controller.Ti == T  # its sampling is not known
+
+
+def test_m09_a_loosened_limit_decides_and_is_noted(tmp_path):
+    u, y = sampled(1.5)
+    limits = pt.Limits(M09=1.0)
+    assert "limit M09 is 1 instead of 0.5" in [
+        note.text for note in pt.job.run(of(u, y), limits=limits).chosen.notes
+    ]
+    path = write(tmp_path / "a.csv", u, y, np.arange(600.0))
+    done = plantune("tune", path, *COLUMNS, "--out", tmp_path / "out", "--limit", "M09=1")
+    assert done.exit_code == 0, done.output
+
+
+# --- M11: validation on the rows of the fit ---
+
+
+def judged(val, fit):
+    verdict = pt.validate.check(val, fit)
+    return [note for note in verdict.notes if note.code == "M11"]
+
+
+@pytest.mark.parametrize("part", [slice(0, 500), slice(100, 300)], ids=["all", "a part"])
+def test_m11_rows_of_the_fit_are_not_validation(part):
+    rec = record()
+    est, val = rec.split(0.5)
+    fit = pt.estimate.arx(est, 1, 1, 1)
+    (note,) = judged(rec.take(part), fit)
+    assert note.severity == "warning"
+    assert note.text.startswith("not validated: ")
+    assert note.count == part.stop - part.start
+    assert judged(val, fit) == []
+
+
+def test_m11_counts_overlapping_rows():
+    rec = record()
+    fit = pt.estimate.arx(rec.take(slice(0, 600)), 1, 1, 1)
+    (note,) = judged(rec.take(slice(450, 1000)), fit)
+    assert note.count == 150
+
+
+@pytest.mark.parametrize("prepare", [pt.prep.despike, pt.prep.detrend])
+def test_m11_preparation_does_not_make_rows_fresh(prepare):
+    rec = record(y=with_values(Y, 40.0, [100, 700]))
+    est, val = prepare(rec).split(0.5)
+    fit = pt.estimate.arx(est, 1, 1, 1)
+    assert judged(est, fit)
+    assert judged(rec.take(slice(0, 500)), fit)  # the same rows before they were prepared
+    assert not judged(val, fit)
+
+
+@pytest.mark.parametrize("Ts", [TS / 2, 0.8 * TS])
+def test_m11_resampling_does_not_make_rows_fresh(Ts):
+    rec = record()
+    est, val = (pt.prep.resample(part, Ts) for part in rec.split(0.5))
+    fit = pt.estimate.process(est)
+    assert judged(est, fit)
+    assert judged(rec.take(slice(0, 500)), fit)
+    assert judged(pt.prep.resample(rec, Ts), fit)
+    assert not judged(val, fit)
+
+
+@pytest.mark.parametrize("moves", [slice(0, 500), slice(500, 1000)], ids=["first", "second"])
+def test_m11_on_the_command_line(tmp_path, moves):
+    u = np.ones(1000)
+    u[moves] = U[moves]
+    y = pt.models.PolyModel(A=[1, -0.8], B=[0.5], nk=1, Ts=TS).simulate(u)
+    y += 0.02 * np.random.default_rng(3).normal(size=1000)
+    run = tuned(tmp_path, u, y)
+    assert "M11" in [note["code"] for note in run["notes"]]
+    for verdict in run["verdicts"].values():
+        (note,) = (n for n in verdict["notes"] if n["code"] == "M11")
+        assert note["text"].startswith("not validated: ")
+
+
+def test_m11_is_silent_on_fresh_rows_on_the_command_line(tmp_path):
+    run = tuned(tmp_path, U, Y)
+    notes = [*run["notes"], *(n for v in run["verdicts"].values() for n in v["notes"])]
+    assert "M11" not in [note["code"] for note in notes]
