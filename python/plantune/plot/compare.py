@@ -49,7 +49,7 @@ def compare(*verdicts: Verdict, of: Record | None = None) -> go.Figure:
     for k, verdict in enumerate(verdicts):
         label = f"{inert(verdict.name)}, simulation {verdict.fit:.1f} %"
         line(fig, *_broken(verdict, verdict.yhat), label, SEQUENCE[k % len(SEQUENCE)], width=1.6)
-    fig.update_xaxes(title_text=axis("time", "s"))
+    fig.update_xaxes(title_text=axis("time", names.time_unit))
     fig.update_yaxes(title_text=axis(names.y, names.y_unit))
     return fig
 

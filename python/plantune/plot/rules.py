@@ -70,7 +70,7 @@ def rules(comparison: Comparison, of: Record | None = None) -> go.Figure:
     if longest > 0:
         # The first view; the curves go on to the right.
         fig.update_xaxes(range=[0, min(float(r.t[-1]), 1.5 * longest)])
-    fig.update_xaxes(title_text=axis("time", "s"), row=2, col=1)
+    fig.update_xaxes(title_text=axis("time", names.time_unit), row=2, col=1)
     fig.update_yaxes(title_text=axis(names.y, names.y_unit), row=1, col=1)
     fig.update_yaxes(title_text=axis(f"{names.y} after load", names.y_unit), row=2, col=1)
     return fig
