@@ -150,7 +150,7 @@ def dc_gain(model: Model) -> list[float]:
     """One per input; infinite for an integrator."""
 
 def resonance(model: Model, input: int) -> tuple[float, float] | None:
-    """Frequency in rad/s and damping of the poorly damped poles of most power."""
+    """Frequency in rad/s and damping of the poorly damped poles that ring most."""
 
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""

@@ -15,7 +15,7 @@ from plantune.errors import NotIdentifiable, PlantuneError, from_note, refusal
 from plantune.estimate import Fit, candidates, process
 from plantune.estimate.candidates import is_sound
 from plantune.models import PolyModel, ProcessModel
-from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
+from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
 from plantune.record import Record
 from plantune.simulate import Response
 from plantune.text import column
@@ -91,6 +91,22 @@ class Run:
         ('OE', 'P1D')
         """
         return tuple(dict.fromkeys((self.trusted, self.chosen.method)))
+
+    @property
+    def rival(self) -> str | None:
+        """Name of the polynomial model that judges P1D: the trusted one, or the best simulation.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> pt.job.run(pt.datasets.hair_dryer()).rival
+        'OE'
+        """
+        names = [name for name in self.fits if name != "P1D"]
+        if self.trusted in names:
+            return self.trusted
+        sound = [name for name in names if is_sound(self.fits[name])]
+        return max(sound or names, key=lambda name: self.verdicts[name].fit, default=None)
 
     def all_notes(self) -> tuple[Note, ...]:
         """Return the notes of the run and of every value that its outcome relies on, each once.
@@ -211,10 +227,9 @@ def run(
         notes=(*notes, found_best.note, *left_out),
         truth=truth,
     )
-    rival = _rival(identified)
-    _check_plant(identified, rival, est, val, limits)
+    _check_plant(identified, est, val, limits)
     return _tuned(
-        replace(identified, chosen=_chosen(identified, rival, limits, refit=val is not est)),
+        replace(identified, chosen=_chosen(identified, limits, refit=val is not est)),
         gain_margin,
         limits,
     )
@@ -281,27 +296,18 @@ def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict]) -> bool:
     return rec.r is not None or min(verdicts.values(), key=lambda v: v.loss).feedback
 
 
-def _rival(run: Run) -> str | None:
-    """Name the polynomial model that judges: the trusted one, or else the best simulation."""
-    names = [name for name in run.fits if name != "P1D"]
-    sound = [name for name in names if is_sound(run.fits[name])] or names
-    if run.trusted in names or not names:
-        return run.trusted if names else None
-    return max(sound, key=lambda name: run.verdicts[name].fit)
-
-
-def _check_plant(run: Run, rival: str | None, est: Record, val: Record, limits: Limits) -> None:
+def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     """Refuse a plant that no process model serves, with the true cause."""
-    process = run.verdicts.get("P1D")
+    process, rival = run.verdicts.get("P1D"), run.rival
     if process is not None and process.fit >= limits.V01:
         return
     known = run.verdicts[rival].fit if rival is not None else 0.0
     least = max(limits.V01, limits.V03 + (process.fit if process is not None else 0.0))
+    if process is None:
+        _raise_cause(est, run.record, limits, but="X04" if known >= least else "")
     if rival is not None and known >= least:
         raise _other_plant(run, rival, limits)
-    if process is None:
-        _process_refused(est, run.record, limits)
-    elif any(note.code == "X04" for note in process.notes):
+    if process is not None and any(note.code == "X04" for note in process.notes):
         check(val, run.fits["P1D"], limits=limits)
 
 
@@ -315,7 +321,7 @@ def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
     else:
         at = f"{resonance[0]:.4g} rad/{run.record.time_unit}, damping {resonance[1]:.2g}"
         cause = f"the plant has a resonance at {at}"
-    return refusal(
+    error = refusal(
         "M12",
         f"a polynomial model, {rival}, simulates {polynomial.N} rows with {polynomial.fit:.0f} %, "
         f"first order plus dead time {own}: {cause}; PI rules for first order do not apply",
@@ -324,24 +330,27 @@ def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
         measured=process.fit if process is not None else 0.0,
         limit=limits.V01,
         remedy="take the polynomial model from the result, and design a controller of higher order",
-        result=run,
     )
+    error.result = replace(run, notes=(note_of(error), *run.notes))
+    return error
 
 
-def _process_refused(est: Record, rec: Record, limits: Limits) -> None:
-    """Raise what P1D has met; where it found no relation the whole record may know the cause."""
+def _raise_cause(est: Record, rec: Record, limits: Limits, *, but: str) -> None:
+    """Raise why P1D was refused, `but` for one code; the whole record may know the cause."""
     try:
         process(est, "P1D", limits=limits)
     except NotIdentifiable as error:
+        if error.code == but:
+            return
         if error.code == "X04" and est is not rec:
             process(rec, "P1D", limits=limits)
         raise
 
 
-def _chosen(run: Run, rival: str | None, limits: Limits, *, refit: bool) -> Fit:
+def _chosen(run: Run, limits: Limits, *, refit: bool) -> Fit:
     """Fit the process model to all rows, and widen it by what the judge says."""
     fit = process(run.record, "P1D", limits=limits) if refit else run.fits["P1D"]
-    judge = None
+    rival, judge = run.rival, None
     if rival is not None:
         judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)  # type: ignore[union-attr]
     delay = (float(fit.theta[2]), float(fit.sd[2]), run.record.Ts)

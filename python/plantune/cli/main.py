@@ -80,9 +80,7 @@ def tune(
             limits=limits,
         )
         earlier = {path.stem: load_model(path) for path in given or ()}
-        return job.run(
-            rec, gain_margin=gain_margin, given=earlier, title=data.stem, limits=limits
-        )
+        return job.run(rec, gain_margin=gain_margin, given=earlier, title=data.stem, limits=limits)
 
     run, folder = _attempt(work, out, as_json)
     if as_json:

@@ -143,7 +143,7 @@ class LinearModel:
         return gains[0] if len(gains) == 1 else list(gains)
 
     def resonance(self, input: int = 0) -> tuple[float, float] | None:
-        """Return frequency in rad/s and damping of the poorly damped poles of most power.
+        """Return frequency in rad/s and damping of the poorly damped poles that ring most.
 
         None where every pole is well damped, from `1/sqrt(2)` on.
 

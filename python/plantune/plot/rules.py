@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 
 from plantune.plot.style import (
     AXIS,
+    DASHES,
     SEQUENCE,
     SET_POINT,
     Names,
@@ -19,8 +20,6 @@ from plantune.plot.style import (
 )
 from plantune.record import Record
 from plantune.tune import Comparison, Row
-
-_DASHES = ("solid", "dash")
 
 
 def rules(comparison: Comparison, of: Record | None = None) -> go.Figure:
@@ -58,7 +57,7 @@ def rules(comparison: Comparison, of: Record | None = None) -> go.Figure:
     for k, row in enumerate(rows):
         label = rule_name(row.tuning.rule)
         color = SEQUENCE[k % len(SEQUENCE)]
-        style = {"dash": _DASHES[k // len(SEQUENCE) % len(_DASHES)], "legendgroup": label}
+        style = {"dash": DASHES[k // len(SEQUENCE) % len(DASHES)], "legendgroup": label}
         if not row.tuning.margins.stable:
             line(fig, [None], [None], f"{label}: unstable", color, 1, **style)
             continue

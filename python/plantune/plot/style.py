@@ -22,6 +22,8 @@ BAND = "rgba(23, 103, 176, 0.16)"
 SECOND_BAND = "rgba(224, 122, 0, 0.16)"
 FRESH = "rgba(23, 103, 176, 0.06)"
 SEQUENCE = (MODEL, SECOND, THIRD, FOURTH)
+DASHES = ("solid", "dash")
+"""Of the first round of colours, and of the second."""
 
 INK, GRID, AXIS = "#1d2733", "#e6e9ed", "#9aa3ad"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"

@@ -1,11 +1,11 @@
-//! The resonance of a model: of its poorly damped pole pairs the one whose peak holds most power.
+//! The resonance of a model: of its poorly damped pole pairs the one that rings most.
 //!
 //! ```text
 //! s = ln(z) / Ts  of a sampled pole,   w = |s|,   zeta = -Re s / |s|,   resonant where zeta < 1/sqrt(2)
-//! power of a peak  |G(i w)|^2 zeta w, its height by its width
+//! amplitude of the ringing after an impulse, close to a poorly damped pole  2 |G(i w)| zeta w
 //! ```
 //!
-//! Poles that noise has put into a polynomial model lie close to zeros: their peak is low, or high but thin.
+//! Poles that noise has put into a polynomial model lie close to zeros: their peak is low or thin.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,11 +23,11 @@ pub struct Mode {
 
 /// The resonance seen from input `i`; absent where every pole is well damped.
 pub fn resonance(model: &Model, i: usize) -> Option<Mode> {
-    let power = |mode: &Mode| model.freqresp(i, mode.w).norm_sqr() * mode.zeta.abs() * mode.w;
+    let amplitude = |mode: &Mode| 2.0 * model.freqresp(i, mode.w).norm() * mode.zeta.abs() * mode.w;
     modes(model)
         .into_iter()
         .filter(|mode| mode.zeta < FRAC_1_SQRT_2)
-        .max_by(|a, b| power(a).total_cmp(&power(b)))
+        .max_by(|a, b| amplitude(a).total_cmp(&amplitude(b)))
 }
 
 /// One mode per pair of complex poles.
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_pairs_the_one_of_more_power_counts() {
+    fn of_two_pairs_the_one_that_rings_more_counts() {
         let A = crate::poly::product(&sampled(2.0, 0.05, 0.1), &sampled(9.0, 0.02, 0.1));
         // Zeros beside the second pair take its gain away.
         let model = Model::Poly(PolyModel::arx(A, vec![sampled(9.01, 0.02, 0.1)], vec![1], 0.1));
