@@ -85,6 +85,19 @@ def is_sound(fit: Fit) -> bool:
     return fit.status != "not converged" and all(note.code != "X10" for note in fit.notes)
 
 
+def size(fit: Fit) -> int:
+    """Return the number of parameters, the delay counted, which `theta` may not hold.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> rec = pt.datasets.hair_dryer()
+    >>> size(pt.estimate.process(rec)), size(pt.estimate.arx(rec, 2, 2, 3))
+    (3, 5)
+    """
+    return len(fit.theta) + ("L" not in fit.names)
+
+
 def _fitted(rec: Record, name: str, order: int, nk: int, limits: Limits | None) -> Fit:
     """Fit one structure; the refusal of the lowest order stands for all of them."""
     if name == "P1D":

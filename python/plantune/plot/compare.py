@@ -43,7 +43,7 @@ def compare(*verdicts: Verdict, of: Record | None = None) -> go.Figure:
     >>> est, val = pt.datasets.hair_dryer().split(0.5)
     >>> verdict = pt.validate.check(val, pt.estimate.arx(est, 2, 2, 3))
     >>> compare(verdict).data[1].name
-    'ARX, simulation 91.4 %'
+    'ARX, simulation 85.3 %'
     """
     names = Names(of)
     widest = max(verdicts, key=lambda verdict: len(verdict.rows))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from plantune.estimate.candidates import size
 from plantune.models import ProcessModel
 from plantune.plot.style import Names
 from plantune.report.about import is_process, section, units, where
@@ -57,7 +58,7 @@ def _judged(run: Run) -> str:
         ("rows judged", lambda v: str(v.N)),
         ("errors are white", lambda v: _without(v, "M08")),
         ("errors are free of the input", lambda v: _without(v, "V02")),
-        ("parameters", lambda v: _size(run.fits.get(v.name))),
+        ("parameters, delay counted", lambda v: _size(run.fits.get(v.name))),
         ("verdict", lambda v: "passes" if v else "does not pass"),
         ("trusted", lambda v: "✓" if v.name == run.trusted else ""),
     ]
@@ -76,7 +77,7 @@ def _without(verdict: Verdict, code: str) -> str:
 
 
 def _size(fit: Fit | None) -> str:
-    return "given" if fit is None else str(len(fit.theta))
+    return "given" if fit is None else str(size(fit))
 
 
 def _why(run: Run) -> str:
@@ -85,5 +86,5 @@ def _why(run: Run) -> str:
 
 
 def _details(fit: Fit) -> str:
-    head = f"{fit.method}, {len(fit.theta)} parameters, as fitted on the estimation part"
+    head = f"{fit.method}, as fitted on the estimation part"
     return f"<details><summary>{escaped(head)}</summary><pre>{escaped(fit, 4000)}</pre></details>"

@@ -152,8 +152,8 @@ def rules(run: Run) -> str:
         (f"IAE after a load of 1 [{y} {time}]", lambda row: number(row.load.indices.iae, 3)),
     ]
     body = table(
-        "The first is recommended. The others buy a smaller error after a load, or a calmer "
-        "controller output, with margin.",
+        "The first is recommended: it has the margin that was asked for. Ms, the moves of the "
+        "controller output and the error after a load are what each rule costs.",
         ["", *rule_names(run)],
         [[label, *(value(row) for row in run.comparison.rows)] for label, value in rows],
     )
