@@ -260,19 +260,23 @@ def _parts(rec: Record, limits: Limits) -> tuple[Record, Record, tuple[Note, ...
 
 
 def _scan(rec: Record, limits: Limits) -> DelayScan:
-    """Scan delays, over a wider range as long as the best lies at its end."""
+    """Scan delays, over a wider range as long as the best lies at its end.
+
+    In closed loop u(t) holds e(t) by way of the controller, and nk = 0 would explain it by itself.
+    """
+    low = int(rec.r is not None)
     most = max(1, min(200, rec.N // 4))
     high = min(20, most)
     while high < most:
         try:
-            scan = delay(rec, (0, high), limits=limits)
+            scan = delay(rec, (low, high), limits=limits)
             if scan.nk < high:
                 return scan
         except NotIdentifiable as error:
             if error.code != "X04":
                 raise
         high = min(2 * high, most)
-    return delay(rec, (0, most), limits=limits)
+    return delay(rec, (low, most), limits=limits)
 
 
 def _earlier(

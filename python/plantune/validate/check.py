@@ -77,7 +77,7 @@ class Verdict:
     widening : float
         Factor by which correlated residuals widen a standard deviation.
     feedback : bool
-        Whether the input follows earlier errors, as it does in closed loop.
+        Whether the input follows errors, as it does in closed loop.
     passed : bool
         Simulation fit above the limit V01 and residuals free of the input.
     notes : tuple of Note

@@ -56,11 +56,13 @@ def trust(
     Eligible are models whose search converged and whose parameters can be told apart (not X10),
     that do better than the mean (not X04), and whose one-step errors are free of the input (not
     V02).  The objection of the input is dropped where it would cost more than `limits.V03` percent
-    of simulation.  Of these models, all within `limits.V10` percent of the best simulation are
-    equals.  Among equals one with white errors goes first, since its standard deviations hold, and
-    one without parameters that may as well be zero (X02); in closed loop ARMAX, then ARX, since
-    output errors are biased there; then the fewest parameters, the delay counted; then the better
-    simulation.
+    of simulation.  In closed loop, where u holds part of the noise and a biased model may simulate
+    better, ARMAX and ARX models with white errors are eligible alone, if there are any.
+
+    All within `limits.V10` percent of the best simulation are equals.  Among equals one with white
+    errors goes first, since its standard deviations hold, and one without parameters that may as
+    well be zero (X02); in closed loop ARMAX, then ARX, since output errors are biased there; then
+    the fewest parameters, the delay counted; then the better simulation.
 
     Parameters
     ----------
@@ -109,6 +111,11 @@ def trust(
     }
     objections = {**grave, **follow}
     pool = _eligible(verdicts, objections, grave, limits)
+    if closed_loop:
+        noise_is_true = (
+            n for n in pool if fits[n].method in _IN_CLOSED_LOOP and _white(verdicts[n])
+        )
+        pool = list(noise_is_true) or pool
     best = max(pool, key=lambda name: verdicts[name].fit)
     equals = [n for n in pool if verdicts[best].fit - verdicts[n].fit <= limits.V10]
 
@@ -171,7 +178,8 @@ def _codes(verdict: Verdict) -> set[str]:
 def _simulation(name: str, best: str, verdicts: Mapping[str, Verdict]) -> str:
     own = f"it simulates {verdicts[name].N} rows with {verdicts[name].fit:.1f} %"
     if name == best:
-        return f"{own}, the best" if len(verdicts) > 1 else own
+        overall = max(verdicts.values(), key=lambda verdict: verdict.fit) is verdicts[name]
+        return f"{own}, the best" + " of the eligible" * (not overall)
     return f"{own}, as good as {best} with {verdicts[best].fit:.1f} %"
 
 

@@ -2,6 +2,8 @@
 //!
 //! `fit = 100 (1 - |y - yhat| / |y - mean(y)|)`.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
@@ -46,7 +48,7 @@ pub struct Verdict {
     pub residuals: Residuals,
     /// Factor by which correlated residuals widen a standard deviation.
     pub widening: f64,
-    /// Whether the input follows earlier errors, as it does in closed loop.
+    /// Whether the input follows errors, as it does in closed loop.
     pub feedback: bool,
     /// Fit above the limit and residuals free of the input.
     pub passed: bool,
@@ -168,13 +170,14 @@ fn widening(residuals: &Residuals) -> f64 {
     (1.0 + 2.0 * outside.iter().sum::<f64>()).sqrt()
 }
 
-/// Whether some input follows earlier errors: more negative lags outside the band than by chance, one of
-/// them beyond what chance gives.
+/// Whether some input follows errors of the same row or of earlier ones, beyond what chance gives.
 fn feedback(residuals: &Residuals) -> bool {
-    let before = residuals.cross_lags.iter().take_while(|lag| **lag < 0).count();
-    residuals.crosscorr.iter().zip(&residuals.cross_band).any(|(r, band)| {
-        let outside: Vec<f64> = r[..before].iter().map(|r| r.abs()).filter(|r| r > band).collect();
-        outside.len() > by_chance(before) && outside.iter().any(|r| *r > residuals.cross_limit * band)
+    let until_now = residuals.cross_lags.iter().take_while(|lag| **lag <= 0).count();
+    let mut inputs = residuals.crosscorr.iter().zip(&residuals.cross_band);
+    inputs.any(|(r, band)| {
+        // The model's own error, which doubles the variance in `cross_limit`, has no part here.
+        let limit = residuals.cross_limit * FRAC_1_SQRT_2 * band;
+        r[..until_now].iter().any(|r| r.abs() > limit)
     })
 }
 
