@@ -311,8 +311,8 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     if process is not None and process.fit >= limits.V01:
         return
     known = run.verdicts[rival].fit if rival is not None else 0.0
-    if rival is not None and process is None:
-        # Without a relation an undamped model still rings on from the start of the record.
+    if rival is not None:
+        # From rest: an undamped model rings on from the start of a record it has no relation to.
         known = compare(val, run.fits[rival], x0="zero", limits=limits).rows[0].fit
     least = max(limits.V01, limits.V03 + (process.fit if process is not None else 0.0))
     if process is None:
