@@ -152,6 +152,9 @@ def zeros(model: Model, input: int) -> Complexes: ...
 def dc_gain(model: Model) -> list[float]:
     """One per input; infinite for an integrator."""
 
+def resonance(model: Model, input: int) -> tuple[float, float] | None:
+    """Frequency in rad/s and damping of the poorly damped poles that ring most."""
+
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""
 
@@ -244,12 +247,14 @@ def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
 
 def judge(
     process: Verdict,
-    poly: Verdict,
     delay: tuple[float, float, float],
-    nk: int,
+    rival: tuple[str, Verdict, int] | None,
     limits: Limits,
 ) -> tuple[float, list[Fields]]:
-    """Factor for the deviations of the process model, and notes; `delay` is `L`, its sd, `Ts`."""
+    """Factor for the deviations of the process model, and notes.
+
+    `delay` is `L`, its sd, `Ts`; `rival` the polynomial model's name, verdict and `nk`.
+    """
 
 # --- tuning ------------------------------------------------------------------------------------
 

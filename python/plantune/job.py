@@ -4,19 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from plantune import _core
 from plantune.analyze import DelayScan, Health, delay, health
-from plantune.errors import NotIdentifiable, from_note, refusal
-from plantune.estimate import Fit, arx, process
-from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
+from plantune.errors import NotIdentifiable, PlantuneError, from_note, refusal
+from plantune.estimate import Fit, candidates, process
+from plantune.estimate.candidates import is_sound
+from plantune.models import PolyModel, ProcessModel
+from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
 from plantune.record import Record
-from plantune.simulate import Response, step
-from plantune.tune import Tuning, imc_pi
-from plantune.validate import Verdict, check
+from plantune.simulate import Response
+from plantune.text import column
+from plantune.tune import Comparison, Tuning, imc_pi
+from plantune.tune import compare as compare_rules
+from plantune.tune.compare import DEFAULT_RULES
+from plantune.validate import Verdict, check, compare, trust
 
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
@@ -35,11 +41,17 @@ class Run:
     findings : mapping
         `health`: what is wrong with the record; `delay`: the delay scan.
     fits, verdicts : mapping
-        `ARX` and `P1D`, fitted on one part of the record and judged on the other.
+        `ARX`, `OE`, `ARMAX` and `P1D` as far as the record supports them, fitted on one part of it
+        and judged on the other; models that were given are among the verdicts.
+    trusted : str
+        Name of the fit to trust; the note V10 says why.
     chosen : Fit
-        The process model on all rows, its standard deviations widened where the judge saw more.
+        The process model on all rows, its standard deviations widened where the judge saw more;
+        where no process model serves the plant, the trusted model.
+    comparison : Comparison or None
+        The tuning rules side by side, the recommended one first.
     tunings, responses : tuple
-        Settings, and the response of each loop to a unit step of the set point.
+        Its settings, and the response of each loop to a unit step of the set point.
     notes : tuple of Note
         Doubts about the run as a whole.
     truth : mapping or None
@@ -50,9 +62,9 @@ class Run:
     >>> import plantune as pt
     >>> run = pt.job.run(pt.datasets.hair_dryer())
     >>> run.findings["delay"].nk, {name: round(v.fit) for name, v in run.verdicts.items()}
-    (3, {'ARX': 85, 'P1D': 82})
-    >>> run.tunings[0].rule
-    'IMC-PI, gain_margin = 3'
+    (3, {'ARX': 85, 'OE': 92, 'ARMAX': 86, 'P1D': 82})
+    >>> run.trusted, run.tunings[0].rule
+    ('OE', 'IMC-PI, gain_margin = 3')
     """
 
     title: str
@@ -60,14 +72,47 @@ class Run:
     findings: Mapping[str, Any]
     fits: Mapping[str, Fit]
     verdicts: Mapping[str, Verdict]
+    trusted: str
     chosen: Fit
+    comparison: Comparison | None
     tunings: tuple[Tuning, ...]
     responses: tuple[Response, ...]
     notes: tuple[Note, ...]
     truth: Mapping[str, float] | None = None
 
+    @property
+    def relied(self) -> tuple[str, ...]:
+        """Names of the models that the outcome relies on: the trusted one, and P1D for tunings.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> pt.job.run(pt.datasets.hair_dryer()).relied
+        ('OE', 'P1D')
+        """
+        return tuple(dict.fromkeys((self.trusted, self.chosen.method)))
+
+    @property
+    def rival(self) -> str | None:
+        """Name of the polynomial model that judges P1D: the trusted one, or the best simulation.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> pt.job.run(pt.datasets.hair_dryer()).rival
+        'OE'
+        """
+        names = [name for name in self.fits if name != "P1D"]
+        if self.trusted in names:
+            return self.trusted
+        sound = [name for name in names if is_sound(self.fits[name])]
+        return max(sound or names, key=lambda name: self.verdicts[name].fit, default=None)
+
     def all_notes(self) -> tuple[Note, ...]:
-        """Return the notes of the run and of every value in it, each once.
+        """Return the notes of the run and of every value that its outcome relies on, each once.
+
+        Doubts about models that are not relied on stay with their fits and verdicts, those about
+        rules beside the recommended one in `comparison`.
 
         Examples
         --------
@@ -80,10 +125,10 @@ class Run:
             self.record,
             self,
             *self.findings.values(),
-            *self.fits.values(),
-            *self.verdicts.values(),
+            *(fit for name, fit in self.fits.items() if name in self.relied),
+            *(verdict for name, verdict in self.verdicts.items() if name in self.relied),
             self.chosen,
-            *self.tunings,
+            *self.tunings[:1],
         ]
         return tuple(dict.fromkeys(note for part in parts for note in part.notes))
 
@@ -92,17 +137,20 @@ def run(
     rec: Record,
     *,
     gain_margin: float = 3.0,
+    given: Mapping[str, ProcessModel | PolyModel] | None = None,
     title: str = "",
     truth: Mapping[str, float] | None = None,
     limits: Limits | None = None,
 ) -> Run:
     """Take a record to a validated model and a tuned loop.
 
-    A record that `analyze.health` finds wrong is refused.  The delay is scanned, ARX and a process
-    model are fitted on the first half and judged on the second; the process model is fitted again
-    on all rows, tuned by IMC-PI, and the loop is simulated.  The ARX model is the judge: where it
-    simulates clearly better, or needs another delay, the process model's intervals are widened
-    and a note says so.
+    A record that `analyze.health` finds wrong is refused.  The delay is scanned; ARX, OE,
+    ARMAX and a process model are fitted on the first half and judged on the second, and a note
+    says which is trusted and why, by the rule of `validate.trust`.  The process model is fitted
+    again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
+    polynomial model, or else the one of the best simulation, is the judge: where it simulates
+    clearly better, or needs another delay, the process model's intervals are widened and a note
+    says so.
 
     Parameters
     ----------
@@ -110,6 +158,8 @@ def run(
         One input, one output.
     gain_margin : float
         Asked of the loop, as a factor.
+    given : mapping of str to model, optional
+        Models of an earlier study, judged on the same rows as the others.
     title : str
         What the record is called.
     truth : mapping, optional
@@ -127,7 +177,9 @@ def run(
     DataError
         An output stands still (D18), or a column holds codes for missing values (D19).
     NotIdentifiable
-        The record cannot support a model; says why and what to record instead.
+        The record cannot support a model; says why and what to record instead.  Or first order
+        plus dead time does not serve the plant while a polynomial model does (M12): the run without
+        tunings is then in `.result`.
 
     Examples
     --------
@@ -155,21 +207,31 @@ def run(
     found = _healthy(rec, limits)
     est, val, notes = _parts(rec, limits)
     scan = _scan(est, limits)
-    fits = {"ARX": _arx(est, scan, limits), "P1D": _process(est, rec, limits)}
-    verdicts = {name: check(val, fit, limits=limits) for name, fit in fits.items()}
-    chosen = _chosen(rec, fits, verdicts, limits, refit=val is not est)
-    tuning = imc_pi(chosen, gain_margin=gain_margin, delay_at_least=rec.Ts, limits=limits)
-    return Run(
-        title=title or f"{rec.u_names[0]} to {rec.y_names[0]}",
+    fits, left_out = candidates(est, scan.order, scan.nk, limits=limits)
+    earlier = _earlier(given or {}, fits)
+    judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
+    verdicts = {row.name: row for row in judged.rows}
+    own = {name: verdicts[name] for name in fits}
+    found_best = trust(fits, own, closed_loop=_in_closed_loop(rec, own), limits=limits)
+    identified = Run(
+        title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
         record=rec,
         findings={"health": found, "delay": scan},
         fits=fits,
         verdicts=verdicts,
-        chosen=chosen,
-        tunings=(tuning,),
-        responses=(step(tuning.model, tuning.controller),),
-        notes=notes,
+        trusted=found_best.name,
+        chosen=fits[found_best.name],
+        comparison=None,
+        tunings=(),
+        responses=(),
+        notes=(*notes, found_best.note, *left_out),
         truth=truth,
+    )
+    _check_plant(identified, est, val, limits)
+    return _tuned(
+        replace(identified, chosen=_chosen(identified, limits, refit=val is not est)),
+        gain_margin,
+        limits,
     )
 
 
@@ -198,59 +260,130 @@ def _parts(rec: Record, limits: Limits) -> tuple[Record, Record, tuple[Note, ...
 
 
 def _scan(rec: Record, limits: Limits) -> DelayScan:
-    """Scan delays, over a wider range as long as the best lies at its end."""
+    """Scan delays, over a wider range as long as the best lies at its end.
+
+    In closed loop u(t) holds e(t) by way of the controller, and nk = 0 would explain it by itself.
+    """
+    low = int(rec.r is not None)
     most = max(1, min(200, rec.N // 4))
     high = min(20, most)
     while high < most:
         try:
-            scan = delay(rec, (0, high), limits=limits)
+            scan = delay(rec, (low, high), limits=limits)
             if scan.nk < high:
                 return scan
         except NotIdentifiable as error:
             if error.code != "X04":
                 raise
         high = min(2 * high, most)
-    return delay(rec, (0, most), limits=limits)
+    return delay(rec, (low, most), limits=limits)
 
 
-def _arx(rec: Record, scan: DelayScan, limits: Limits) -> Fit:
-    """ARX of the scanned order, or of the highest lower one that the record supports."""
-    for order in range(scan.order, 0, -1):
-        try:
-            return arx(rec, order, order, scan.nk, limits=limits)
-        except NotIdentifiable:
-            if order == 1:
-                raise
-    raise AssertionError("orders start at 1")
+def _earlier(
+    given: Mapping[str, ProcessModel | PolyModel], fits: Mapping[str, Fit]
+) -> Mapping[str, ProcessModel | PolyModel]:
+    """Return the given models; refuse what is none, and a name that is taken."""
+    for name, model in given.items():
+        if not isinstance(model, ProcessModel | PolyModel):
+            raise refusal(
+                "U01",
+                f"`given` holds a {type(model).__name__} as {name!r}, must hold models",
+                remedy='given={"earlier": ProcessModel(K=2.0, T=5.0, L=1.0)}',
+            )
+        if name in fits:
+            raise refusal("U01", f"`given` holds the name {name!r} of a fit", remedy="rename it")
+    return given
 
 
-def _process(est: Record, rec: Record, limits: Limits) -> Fit:
-    """Process model of one part; where it finds no relation the whole record may know the cause."""
+def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict]) -> bool:
+    """Whether there is a set point, or the input follows the errors of the best predictor.
+
+    Only errors that hold nothing else tell feedback from dynamics that a model misses.
+    """
+    best = min(verdicts.values(), key=lambda verdict: verdict.loss)
+    clean = all(note.code not in ("M08", "V02") for note in best.notes)
+    return rec.r is not None or (clean and best.feedback)
+
+
+def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
+    """Refuse a plant that no process model serves, with the true cause."""
+    process, rival = run.verdicts.get("P1D"), run.rival
+    if process is not None and process.fit >= limits.V01:
+        return
+    known = run.verdicts[rival].fit if rival is not None else 0.0
+    if rival is not None:
+        # From rest: an undamped model rings on from the start of a record it has no relation to.
+        known = compare(val, run.fits[rival], x0="zero", limits=limits).rows[0].fit
+    least = max(limits.V01, limits.V03 + (process.fit if process is not None else 0.0))
+    if process is None:
+        _raise_cause(est, run.record, limits, but="X04" if known >= least else "")
+    if rival is not None and known >= least:
+        raise _other_plant(run, rival, limits)
+    if process is not None and any(note.code == "X04" for note in process.notes):
+        check(val, run.fits["P1D"], limits=limits)
+
+
+def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
+    """M12: a polynomial model knows the plant, first order plus dead time does not."""
+    process, polynomial = run.verdicts.get("P1D"), run.verdicts[rival]
+    own = f"with {process.fit:.0f} %" if process is not None else "not at all"
+    resonance = run.fits[rival].model.resonance()  # type: ignore[union-attr]
+    if resonance is None:
+        cause = "the plant is not of first order"
+    else:
+        at = f"{resonance[0]:.4g} rad/{run.record.time_unit}, damping {resonance[1]:.2g}"
+        cause = f"the plant has a resonance at {at}"
+    error = refusal(
+        "M12",
+        f"a polynomial model, {rival}, simulates {polynomial.N} rows with {polynomial.fit:.0f} %, "
+        f"first order plus dead time {own}: {cause}; PI rules for first order do not apply",
+        where=(run.record.y_names[0], None, None),
+        count=polynomial.N,
+        measured=process.fit if process is not None else 0.0,
+        limit=limits.V01,
+        remedy="take the polynomial model from the result, and design a controller of higher order",
+    )
+    error.result = replace(run, notes=(note_of(error), *run.notes))
+    return error
+
+
+def _raise_cause(est: Record, rec: Record, limits: Limits, *, but: str) -> None:
+    """Raise why P1D was refused, `but` for one code; the whole record may know the cause."""
     try:
-        return process(est, "P1D", limits=limits)
+        process(est, "P1D", limits=limits)
     except NotIdentifiable as error:
+        if error.code == but:
+            return
         if error.code == "X04" and est is not rec:
             process(rec, "P1D", limits=limits)
         raise
 
 
-def _chosen(
-    rec: Record,
-    fits: Mapping[str, Fit],
-    verdicts: Mapping[str, Verdict],
-    limits: Limits,
-    *,
-    refit: bool,
-) -> Fit:
+def _chosen(run: Run, limits: Limits, *, refit: bool) -> Fit:
     """Fit the process model to all rows, and widen it by what the judge says."""
-    fit = process(rec, "P1D", limits=limits) if refit else fits["P1D"]
-    factor, found = _core.judge(
-        verdicts["P1D"],
-        verdicts["ARX"],
-        (float(fit.theta[2]), float(fit.sd[2]), rec.Ts),
-        fits["ARX"].model.nk,  # type: ignore[union-attr]
-        limits,
-    )
+    fit = process(run.record, "P1D", limits=limits) if refit else run.fits["P1D"]
+    rival, judge = run.rival, None
+    if rival is not None:
+        judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)  # type: ignore[union-attr]
+    delay = (float(fit.theta[2]), float(fit.sd[2]), run.record.Ts)
+    factor, found = _core.judge(run.verdicts["P1D"], delay, judge, limits)
     notes = notes_from_core(found)
     P, sd = _core.widened(np.ascontiguousarray(fit.P).reshape(-1), len(fit.theta), factor)
     return replace(fit, P=P.reshape(fit.P.shape), sd=sd, notes=(*fit.notes, *notes))
+
+
+def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
+    """Tune by IMC-PI, which is recommended, and set the other rules beside it."""
+    recommended = partial(imc_pi, gain_margin=gain_margin)
+    comparison = compare_rules(
+        run.chosen,
+        (recommended, *DEFAULT_RULES[1:]),
+        delay_at_least=run.record.Ts,
+        limits=limits,
+    )
+    return replace(
+        run,
+        comparison=comparison,
+        tunings=tuple(row.tuning for row in comparison.rows),
+        responses=tuple(row.set_point for row in comparison.rows),
+    )

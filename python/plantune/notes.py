@@ -137,6 +137,8 @@ class Limits:
     """Least magnitude of a pole with negative real part that counts."""
     V09: float = _DEFAULT["V09"]
     """Least relative difference of mean squared errors that counts between ways to smooth."""
+    V10: float = _DEFAULT["V10"]
+    """Fit in percent within which models simulate fresh rows equally well."""
     X12: float = _DEFAULT["X12"]
     """Standard deviations that a process gain must be away from zero to be tuned on."""
     C07: float = _DEFAULT["C07"]

@@ -223,6 +223,17 @@ class Record:
             rows=self.rows[part],
         )
 
+    @property
+    def time_unit(self) -> str:
+        """Unit of time: seconds, or samples where the source states no sampling time.
+
+        Examples
+        --------
+        >>> Record(u=range(3), y=range(3), Ts=1.0, units={"time": "sample"}).time_unit
+        'sample'
+        """
+        return "sample" if self.units.get("time") == "sample" else "s"
+
     @staticmethod
     def join(records: Sequence[Record]) -> Record:
         """Return several records as segments of one.

@@ -34,3 +34,14 @@ def table(rows: Sequence[Sequence[str]]) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     sides = "<" + ">" * (len(widths) - 1)
     return ["  ".join(map("{:{}{}}".format, row, sides, widths)) for row in rows]
+
+
+def column(name: str) -> str:
+    """Return how a column is read in words; one without a header has its number for a name.
+
+    Examples
+    --------
+    >>> column("temp"), column("2")
+    ('temp', 'column 2')
+    """
+    return f"column {name}" if name.isdecimal() else name

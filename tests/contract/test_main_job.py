@@ -13,6 +13,7 @@ from scipy.signal import cont2discrete, lfilter
 import plantune as pt
 from contract.records import (
     FILES,
+    TRUE_P1D,
     b0,
     check_refusal,
     codes,
@@ -181,6 +182,74 @@ def test_the_limits_of_the_judge_decide_and_are_noted():
     texts = [note.text for note in run.chosen.notes]
     assert "limit V03 is 50 instead of 5" in texts
     assert not [text for text in texts if text.startswith("a polynomial model")]
+
+
+# --- the models ---
+
+
+def test_the_run_says_which_model_it_trusts_and_why():
+    run = pt.job.run(pt.datasets.hair_dryer())
+    assert list(run.fits) == ["ARX", "OE", "ARMAX", "P1D"]
+    assert list(run.verdicts) == list(run.fits)
+    reasons = [note for note in run.notes if note.code == "V10"]
+    assert len(reasons) == 1
+    assert reasons[0].text.startswith(f"{run.trusted} is trusted: ")
+    assert f"{run.verdicts[run.trusted].fit:.1f} %" in reasons[0].text
+
+
+def test_rules_are_compared_and_the_one_asked_for_comes_first():
+    run = pt.job.run(pt.datasets.hair_dryer(), gain_margin=4.0)
+    assert [t.rule for t in run.tunings][:2] == ["IMC-PI, gain_margin = 4", "SIMC, tau_c = L"]
+    assert run.tunings == tuple(row.tuning for row in run.comparison.rows)
+    assert run.responses == tuple(row.set_point for row in run.comparison.rows)
+    assert run.tunings[0].margins.gain == approx(4, rel=1e-6)
+
+
+def test_given_models_are_judged_on_the_same_rows():
+    true, wrong = pt.models.ProcessModel(*TRUE_P1D), pt.models.ProcessModel(K=1.0, T=0.9, L=0.5)
+    run = pt.job.run(record(), given={"true": true, "wrong": wrong})
+    assert list(run.verdicts)[-2:] == ["true", "wrong"]
+    assert run.verdicts["true"].fit == approx(run.verdicts["P1D"].fit, abs=0.5)
+    assert run.verdicts["wrong"].fit < run.verdicts["true"].fit - 20
+    assert set(run.verdicts["true"].rows) <= set(range(500))
+    assert run.trusted in run.fits
+
+
+@pytest.mark.parametrize(
+    "given", [{"P1D": pt.models.ProcessModel(1, 1, 0)}, {"a": pt.models.PID(1)}]
+)
+def test_given_models_are_models_with_names_of_their_own(given):
+    with pytest.raises(pt.UsageError, match="`given` holds"):
+        pt.job.run(record(), given=given)
+
+
+def test_a_plant_that_no_process_model_serves_is_refused_with_its_resonance():
+    error = refused(pt.datasets.robot_arm(), "M12", ("where", "count", "measured", "limit"))
+    run = error.result
+    assert isinstance(run, pt.job.Run)
+    assert (run.tunings, run.responses, run.comparison) == ((), (), None)
+    assert run.notes[0].severity == "error" and run.notes[0].code == "M12"
+    assert run.chosen is run.fits[run.trusted]
+    w, zeta = run.chosen.model.resonance()
+    assert w == approx(0.80, abs=0.01)  # the peak of the spectrum of the output
+    assert 0 < zeta < 0.02
+    assert f"{w:.4g} rad/sample, damping {zeta:.2g}" in error.text
+    assert f"{run.verdicts[run.trusted].fit:.0f} %" in error.text
+    assert f"{run.verdicts['P1D'].fit:.0f} %" in error.text
+
+
+def resonance(seed=1):
+    """Simulate 4/(s^2 + 0.4 s + 4): w = 2 rad/s, damping 0.1."""
+    u = np.repeat(levels(200, seed), 6)
+    b, a, _ = cont2discrete(([4.0], [1.0, 0.4, 4.0]), 0.1)
+    y = lfilter(b.ravel(), a, u) + 0.02 * np.random.default_rng(seed).normal(size=len(u))
+    return pt.Record(u=u, y=y, Ts=0.1)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_frequency_and_damping_of_a_known_resonance_are_named(seed):
+    error = refused(resonance(seed), "M12", ("where", "count", "measured", "limit"))
+    assert error.result.chosen.model.resonance() == approx((2.0, 0.1), rel=0.02)
 
 
 # --- validation ---
@@ -368,6 +437,50 @@ def test_results_that_cannot_be_written_exit_with_5(tmp_path, how, as_json):
         assert done.stderr.startswith("R08: cannot write to ")
         assert done.stdout == ""
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def write_arm(path):
+    rec = pt.datasets.robot_arm()
+    rows = zip(rec.u[:, 0].tolist(), rec.y[:, 0].tolist(), strict=True)
+    path.write_text("\n".join(["torque,acc", *(f"{u!r},{y!r}" for u, y in rows)]) + "\n")
+    return [path, "--u", "torque", "--y", "acc", "--Ts", "1"]
+
+
+def test_a_refused_plant_is_reported_without_settings(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "tuning.json").write_text("of an older run")
+    done = plantune("tune", *write_arm(tmp_path / "arm.csv"), "--out", out)
+    assert done.exit_code == 3, done.output
+    assert sorted(p.name for p in out.iterdir()) == ["model.json", "report.html", "run.json"]
+    assert done.stderr.startswith("M12: ")
+    assert "resonance" in done.stderr
+    assert "OE" in done.stdout and "report.html" in done.stdout
+    run = strict_json((out / "run.json").read_text())
+    assert (list(run), run["tunings"]) == (RUN_FIELDS, [])
+    assert "resonance" in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_refused_plant_in_json_has_both(tmp_path):
+    arguments = write_arm(tmp_path / "arm.csv")
+    done = plantune("tune", *arguments, "--out", tmp_path / "out", "--json")
+    assert done.exit_code == 3
+    printed = strict_json(done.stdout)
+    assert list(printed) == ["error", *RUN_FIELDS, "out"]
+    assert printed["error"]["code"] == "M12"
+    assert printed["chosen"]["model"]["kind"] == "poly"
+
+
+def test_models_of_an_earlier_study_are_given_as_files(tmp_path):
+    path = write(tmp_path / "a.csv", *b0())
+    pt.io.save_model(tmp_path / "sponsor.json", pt.models.ProcessModel(K=2.0, T=0.5))
+    more = ["--given", tmp_path / "sponsor.json", "--out", tmp_path / "out"]
+    done = plantune("tune", path, "--u", "u", "--y", "y", *more)
+    assert done.exit_code == 0, done.output
+    assert "sponsor" in done.stdout
+    run = strict_json((tmp_path / "out" / "run.json").read_text())
+    assert list(run["verdicts"])[-1] == "sponsor"
+    assert "sponsor" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_demo(tmp_path):

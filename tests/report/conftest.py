@@ -1,6 +1,6 @@
 """A run as the main job returns it, made from a simulated record."""
 
-from types import SimpleNamespace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -25,15 +25,18 @@ def make():
         est, val = rec.split(0.5) if fresh else (rec, rec)
         fits = {"ARX": pt.estimate.arx(est, 1, 2, 5), "P1D": pt.estimate.process(est, "P1D")}
         chosen = pt.estimate.process(rec, "P1D")
-        tunings = (pt.tune.imc_pi(chosen, gain_margin=3), pt.tune.imc_pi(chosen, tau_c=1.0))
-        return SimpleNamespace(
+        rules = (partial(pt.tune.imc_pi, gain_margin=3), partial(pt.tune.imc_pi, tau_c=1.0))
+        comparison = pt.tune.compare(chosen, rules)
+        return pt.job.Run(
             record=rec,
             findings={"delay": pt.analyze.delay(rec)},
             fits=fits,
             verdicts={name: pt.validate.check(val, fit) for name, fit in fits.items()},
+            trusted="ARX",
             chosen=chosen,
-            tunings=tunings,
-            responses=tuple(pt.simulate.step(t.model, t.controller) for t in tunings),
+            comparison=comparison,
+            tunings=tuple(row.tuning for row in comparison.rows),
+            responses=tuple(row.set_point for row in comparison.rows),
             notes=tuple(notes),
             title=title,
             truth=truth,

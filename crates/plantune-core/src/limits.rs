@@ -43,6 +43,8 @@ pub struct Limits {
     pub V07: f64,
     /// Least relative difference of mean squared errors that counts between ways to treat a record.
     pub V09: f64,
+    /// Fit in percent within which models simulate fresh data equally well.
+    pub V10: f64,
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
     /// Least gain margin, as a factor, over the model's uncertainty.
@@ -74,6 +76,7 @@ impl Default for Limits {
             V06: 0.05,
             V07: 0.35,
             V09: 0.2,
+            V10: 1.0,
             X12: 2.0,
             C07: 2.0,
             C07_phase: 45.0,
@@ -83,7 +86,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 23] {
+    pub fn items(&self) -> [(&'static str, f64); 24] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -105,6 +108,7 @@ impl Limits {
             ("V06", self.V06),
             ("V07", self.V07),
             ("V09", self.V09),
+            ("V10", self.V10),
             ("X12", self.X12),
             ("C07", self.C07),
             ("C07_phase", self.C07_phase),

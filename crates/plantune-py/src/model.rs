@@ -15,6 +15,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(poles, m)?)?;
     m.add_function(wrap_pyfunction!(zeros, m)?)?;
     m.add_function(wrap_pyfunction!(dc_gain, m)?)?;
+    m.add_function(wrap_pyfunction!(resonance, m)?)?;
     m.add_function(wrap_pyfunction!(gains, m)?)?;
     m.add_function(wrap_pyfunction!(c2d, m)?)?;
     m.add_function(wrap_pyfunction!(lags, m)?)?;
@@ -187,6 +188,12 @@ fn zeros(py: Python<'_>, model: ModelIn, input: usize) -> Bound<'_, PyArray1<Com
 #[pyfunction]
 fn dc_gain(model: ModelIn) -> Vec<f64> {
     model.0.dc_gain()
+}
+
+/// Frequency and damping of the resonance, if there is one.
+#[pyfunction]
+fn resonance(model: ModelIn, input: usize) -> Option<(f64, f64)> {
+    model::resonance(&model.0, input).map(|mode| (mode.w, mode.zeta))
 }
 
 #[pyfunction]

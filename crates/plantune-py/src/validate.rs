@@ -2,7 +2,7 @@
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Limits;
-use plantune_core::validate::{self, CheckOptions, Delay, Residuals, Scores, Verdict};
+use plantune_core::validate::{self, CheckOptions, Delay, Residuals, Rival, Scores, Verdict};
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
@@ -30,6 +30,7 @@ struct VerdictOut<'py> {
     errors: Array<'py>,
     residuals: ResidualsOut<'py>,
     widening: f64,
+    feedback: bool,
     passed: bool,
     notes: Vec<NoteOut>,
 }
@@ -58,6 +59,7 @@ fn verdict_out(py: Python<'_>, verdict: Verdict) -> VerdictOut<'_> {
         errors: array(py, verdict.errors),
         residuals: residuals_out(py, verdict.residuals),
         widening: verdict.widening,
+        feedback: verdict.feedback,
         passed: verdict.passed,
         notes: notes(&verdict.notes),
     }
@@ -121,17 +123,18 @@ impl From<ScoresIn> for Scores {
     }
 }
 
-/// Factor for the standard deviations of the process model, and notes.
+/// Factor for the standard deviations of the process model, and notes; `rival` is name, verdict and `nk`.
 #[pyfunction]
+#[pyo3(signature = (process, delay, rival, limits))]
 fn judge(
     process: ScoresIn,
-    poly: ScoresIn,
     delay: (f64, f64, f64),
-    nk: usize,
+    rival: Option<(String, ScoresIn, usize)>,
     limits: LimitsIn,
 ) -> (f64, Vec<NoteOut>) {
     let (L, sd, Ts) = delay;
+    let rival = rival.map(|(name, scores, nk)| Rival { name, scores: scores.into(), nk });
     let (factor, found) =
-        validate::judge(&process.into(), &poly.into(), Delay { L, sd, Ts }, nk, &limits.into());
+        validate::judge(&process.into(), Delay { L, sd, Ts }, rival.as_ref(), &limits.into());
     (factor, notes(&found))
 }

@@ -16,6 +16,7 @@ from plantune.cli.reading import Reading, takes_record
 from plantune.cli.summary import show
 from plantune.datasets import ENGINE_LOOP, engine_loop, hair_dryer
 from plantune.errors import PlantuneError
+from plantune.io import load_model
 
 app = typer.Typer(
     cls=Group,
@@ -43,6 +44,10 @@ def _plantune() -> None:
 def tune(
     reading: Reading,
     gain_margin: GainMargin = 3.0,
+    given: Annotated[
+        list[Path] | None,
+        typer.Option(help="model.json of an earlier study, judged beside the new models."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
         "plantune-out"
     ),
@@ -51,13 +56,15 @@ def tune(
 ) -> None:
     """Take a record to a validated model, PI settings with margins, and a report."""
 
-    def work() -> tuple[job.Run, Path]:
+    def work() -> job.Run:
         limits = limits_of(limit)
         rec = reading.record(limits)
-        run = job.run(rec, gain_margin=gain_margin, title=reading.title, limits=limits)
-        return run, write_run(out, run)
+        earlier = {path.stem: load_model(path) for path in given or ()}
+        return job.run(
+            rec, gain_margin=gain_margin, given=earlier, title=reading.title, limits=limits
+        )
 
-    run, folder = _attempt(work, as_json)
+    run, folder = _attempt(work, out, as_json)
     if as_json:
         print_json(as_fields(run, folder))
     else:
@@ -81,14 +88,7 @@ def demo(
             ),
         ),
     ]
-    done = []
-    for name, case in cases:
-
-        def work(name: str = name, case: Callable[[], job.Run] = case) -> tuple[job.Run, Path]:
-            run = case()
-            return run, write_run(out / name, run)
-
-        done.append(_attempt(work, as_json))
+    done = [_attempt(case, out / name, as_json) for name, case in cases]
     if as_json:
         print_json({folder.name: as_fields(run, folder) for run, folder in done})
     else:
@@ -96,13 +96,28 @@ def demo(
             show(run, folder)
 
 
-def _attempt(work: Callable[[], tuple[job.Run, Path]], as_json: bool) -> tuple[job.Run, Path]:
-    """Do the work, or print the refusal and exit with its code."""
+def _attempt(work: Callable[[], job.Run], out: Path, as_json: bool) -> tuple[job.Run, Path]:
+    """Write the run, or print the refusal and exit with its code; a partial run is written too."""
     try:
-        return work()
+        try:
+            run = work()
+            return run, write_run(out, run)
+        except PlantuneError as error:
+            if not isinstance(error.result, job.Run):
+                raise
+            write_run(out, error.result)
+            _show_partial(error, error.result, out, as_json)
+            raise typer.Exit(error.exit_code) from None
     except PlantuneError as error:
         fail(error, as_json)
         raise typer.Exit(error.exit_code) from None
+
+
+def _show_partial(error: PlantuneError, run: job.Run, folder: Path, as_json: bool) -> None:
+    """Print what was identified, and why it carries no tuning."""
+    if not as_json:
+        show(run, folder)
+    fail(error, as_json, as_fields(run, folder))
 
 
 if __name__ == "__main__":

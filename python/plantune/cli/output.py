@@ -23,7 +23,10 @@ _LONGEST = 100
 
 
 def write_run(folder: Path, run: Run) -> Path:
-    """Write `report.html run.json model.json tuning.json`; nothing appears until all are there."""
+    """Write `report.html run.json model.json tuning.json`; nothing appears until all are there.
+
+    A run without tunings has no `tuning.json`, and that of an older run is taken away.
+    """
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
@@ -34,14 +37,17 @@ def write_run(folder: Path, run: Run) -> Path:
     try:
         report.write(staging / "report.html", run)
         save_model(staging / "model.json", run.chosen.model)
-        for name, value in (("run", run), ("tuning", run.tunings[0])):
-            write_json(staging / f"{name}.json", value)
+        write_json(staging / "run.json", run)
+        if run.tunings:
+            write_json(staging / "tuning.json", run.tunings[0])
         folder.mkdir(exist_ok=True)
         for file in staging.iterdir():  # first, so that no part of the run is put in place
             if (folder / file.name).is_dir():
                 raise IsADirectoryError(EISDIR, f"{file.name} is a directory")
         for file in staging.iterdir():
             file.replace(folder / file.name)
+        if not run.tunings:
+            (folder / "tuning.json").unlink(missing_ok=True)
     except OSError as error:
         raise refusal(
             "R08", f"cannot write to {folder}: {error.strerror}", remedy="choose another --out"
@@ -51,10 +57,14 @@ def write_run(folder: Path, run: Run) -> Path:
     return folder
 
 
-def fail(error: PlantuneError, as_json: bool) -> None:
-    """Print a refusal: one JSON object, or at most three lines on standard error."""
+def fail(error: PlantuneError, as_json: bool, studied: dict[str, Any] | None = None) -> None:
+    """Print a refusal: one JSON object, or at most three lines on standard error.
+
+    The fields of a partial run that was `studied` stand beside the error in JSON.
+    """
     if as_json:
-        print(json.dumps({"error": to_json(as_dict(error))}, allow_nan=False))
+        fields = {"error": to_json(as_dict(error)), **(studied or {})}
+        print(json.dumps(fields, allow_nan=False))
         return
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     first, *rest = str(error).splitlines()

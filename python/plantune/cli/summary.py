@@ -11,6 +11,8 @@ from rich.text import Text
 
 from plantune.job import Run
 from plantune.notes import Note
+from plantune.text import number
+from plantune.tune import Comparison
 
 
 def show(run: Run, folder: Path) -> None:
@@ -20,18 +22,49 @@ def show(run: Run, folder: Path) -> None:
     heading = Text(run.title, style="bold") + Text(f"  {run.record}", style="dim")
     console.print(heading, soft_wrap=True)
     console.print()
+    console.print(_judged(run))
     console.print(f"{run.chosen.method}  {run.chosen.model}")
     console.print(_model(run))
-    console.print(f"{run.tunings[0].rule}, step of the set point with the exact delay")
-    console.print(_settings(run))
-    for verdict in run.verdicts.values():
-        mark = Text("✓ ", "green") if verdict else Text("✗ ", "yellow")
-        fresh = "rows used to fit" if any(n.code == "M11" for n in verdict.notes) else "fresh rows"
-        text = f"{verdict.name}: simulation {verdict.fit:.1f} %, one step {verdict.fit_1step:.1f} %"
-        console.print(mark + Text(f"{text} on {verdict.N} {fresh}"))
+    if run.comparison is not None:
+        console.print(f"{run.tunings[0].rule}, step of the set point with the exact delay")
+        console.print(_settings(run))
+        console.print(_rules(run.comparison))
     for note in run.all_notes():
         console.print(_note(note), soft_wrap=True)
     console.print(Text(f"report: {folder / 'report.html'}", style="bold"), soft_wrap=True)
+
+
+def _judged(run: Run) -> Table:
+    seen = any(note.code == "M11" for v in run.verdicts.values() for note in v.notes)
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("on rows used to fit" if seen else "on fresh rows")
+    for heading in ("simulation, %", "one step, %", "rows"):
+        table.add_column(heading, justify="right")
+    table.add_column("errors")
+    table.add_column("")
+    for name, v in run.verdicts.items():
+        found = {note.code for note in v.notes}
+        errors = [
+            "coloured" if "M08" in found else "white",
+            *["follow the input"] * ("V02" in found),
+        ]
+        mark = Text("trusted", "green") if name == run.trusted else Text("")
+        cells = [f"{v.fit:.1f}", f"{v.fit_1step:.1f}", str(v.N), ", ".join(errors)]
+        table.add_row(("✓ " if v else "✗ ") + name, *cells, mark)
+    return table
+
+
+def _rules(comparison: Comparison) -> Table:
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("rule")
+    for heading in ("Kp", "Ti", "Ms", "overshoot, %", "of u, %", "IAE load"):
+        table.add_column(heading, justify="right")
+    for row in comparison.rows:
+        pid, steps = row.tuning.controller, row.set_point.indices
+        values = [pid.Kp, pid.Ti, row.tuning.margins.Ms, steps.overshoot, steps.control_overshoot]
+        cells = [number(x, 3) for x in (*values, row.load.indices.iae)]
+        table.add_row(row.tuning.rule.replace("_", " "), *cells)
+    return table
 
 
 def _model(run: Run) -> Table:

@@ -142,6 +142,20 @@ class LinearModel:
         gains: Sequence[float] = _core.dc_gain(self)
         return gains[0] if len(gains) == 1 else list(gains)
 
+    def resonance(self, input: int = 0) -> tuple[float, float] | None:
+        """Return frequency in rad/s and damping of the poorly damped poles that ring most.
+
+        None where every pole is well damped, from `1/sqrt(2)` on.
+
+        Examples
+        --------
+        >>> from plantune.models import PolyModel
+        >>> w, zeta = PolyModel(A=[1, -1.6, 0.9], B=[1], nk=1, Ts=0.1).resonance()
+        >>> round(w, 2), round(zeta, 2)
+        (5.71, 0.09)
+        """
+        return _core.resonance(self, input)
+
     def same_as(self, other: Any) -> bool:
         """Whether the other model has the same class and numbers.
 

@@ -78,7 +78,7 @@ def bode(
         degrees = _core.phase_deg(fit.model, input, ws)
         line(fig, ws, degrees, label, color, row=2, legendgroup=label, showlegend=False)
     fig.update_xaxes(type="log", **DECADES)
-    fig.update_xaxes(title_text=axis("frequency", "rad/s"), row=2, col=1)
+    fig.update_xaxes(title_text=axis("frequency", f"rad/{names.time_unit}"), row=2, col=1)
     magnitude_title = axis("magnitude", names.gain_unit)
     fig.update_yaxes(title_text=magnitude_title, type="log", **DECADES, row=1, col=1)
     fig.update_yaxes(title_text=axis("phase", "°"), dtick=90, row=2, col=1)

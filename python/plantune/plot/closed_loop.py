@@ -62,7 +62,7 @@ def closed_loop(
         line(fig, response.t, response.y, label, color, legendgroup=label)
         below = {"legendgroup": label, "showlegend": False, "held": held}
         line(fig, response.t, response.u, label, color, row=2, **below)
-    fig.update_xaxes(title_text=axis("time", "s"), row=2, col=1)
+    fig.update_xaxes(title_text=axis("time", signals.time_unit), row=2, col=1)
     settled = [response.indices.settling for response in responses]
     if all(map(isfinite, settled)) and max(settled) > 0:
         # The first view; the curves go on to the right.

@@ -8,7 +8,17 @@ import numpy as np
 import plotly.graph_objects as go
 
 from plantune.plot.record import BUCKETS, thinned
-from plantune.plot.style import MEASURED, SEQUENCE, Names, axis, figure, inert, line, record_name
+from plantune.plot.style import (
+    DASHES,
+    MEASURED,
+    SEQUENCE,
+    Names,
+    axis,
+    figure,
+    inert,
+    line,
+    record_name,
+)
 from plantune.record import Floats, Record
 from plantune.validate import Verdict
 
@@ -48,8 +58,9 @@ def compare(*verdicts: Verdict, of: Record | None = None) -> go.Figure:
     line(fig, *_broken(widest, widest.y), "measured", MEASURED, width=2.4)
     for k, verdict in enumerate(verdicts):
         label = f"{inert(verdict.name)}, simulation {verdict.fit:.1f} %"
-        line(fig, *_broken(verdict, verdict.yhat), label, SEQUENCE[k % len(SEQUENCE)], width=1.6)
-    fig.update_xaxes(title_text=axis("time", "s"))
+        color, dash = SEQUENCE[k % len(SEQUENCE)], DASHES[k // len(SEQUENCE) % len(DASHES)]
+        line(fig, *_broken(verdict, verdict.yhat), label, color, width=1.6, dash=dash)
+    fig.update_xaxes(title_text=axis("time", names.time_unit))
     fig.update_yaxes(title_text=axis(names.y, names.y_unit))
     return fig
 

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 from plantune import _core
 from plantune.plot.style import FRESH, MEASURED, SET_POINT, axis, figure, inert, line, record_name
 from plantune.record import Floats, Record
+from plantune.text import column
 from plantune.validate import Verdict
 
 BUCKETS = 600
@@ -40,9 +41,12 @@ def record(rec: Record, fresh: Verdict | None = None) -> go.Figure:
     outputs, inputs = len(rec.y_names), len(rec.u_names)
     segments = len(rec.starts)
     parts = f", {segments} segments" if segments > 1 else ""
+    inputs_read, outputs_read = (
+        inert(", ".join(map(column, names))) for names in (rec.u_names, rec.y_names)
+    )
     fig = figure(
-        f"{inert(', '.join(rec.u_names))} → {inert(', '.join(rec.y_names))}, as recorded",
-        f"{record_name(rec.source)}: {rec.N} rows every {rec.Ts:g} s{parts}",
+        f"{inputs_read} → {outputs_read}, as recorded",
+        f"{record_name(rec.source)}: {rec.N} rows every {rec.Ts:g} {rec.time_unit}{parts}",
         [220] * outputs + [max(90, 150 - 20 * inputs)] * inputs,
     )
     for i, name in enumerate(rec.y_names):
@@ -57,7 +61,7 @@ def record(rec: Record, fresh: Verdict | None = None) -> go.Figure:
         row, u = outputs + i + 1, drawn(rec, rec.u[:, i])
         line(fig, *u, inert(name), MEASURED, row, width=1.4, held=True, showlegend=False)
         fig.update_yaxes(title_text=axis(name, rec.units.get(name, "")), row=row, col=1)
-    fig.update_xaxes(title_text=axis("time", "s"), row=outputs + inputs, col=1)
+    fig.update_xaxes(title_text=axis("time", rec.time_unit), row=outputs + inputs, col=1)
     if fresh is not None and len(fresh.t):
         edges = {"x0": fresh.t[0], "x1": fresh.t[-1], "fillcolor": FRESH, "line_width": 0}
         fig.add_vrect(**edges, layer="below", row="all", col=1)

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 
 from plantune.plot.style import (
     AXIS,
+    DASHES,
     SEQUENCE,
     SET_POINT,
     Names,
@@ -19,8 +20,6 @@ from plantune.plot.style import (
 )
 from plantune.record import Record
 from plantune.tune import Comparison, Row
-
-_DASHES = ("solid", "dash")
 
 
 def rules(comparison: Comparison, of: Record | None = None) -> go.Figure:
@@ -58,7 +57,7 @@ def rules(comparison: Comparison, of: Record | None = None) -> go.Figure:
     for k, row in enumerate(rows):
         label = rule_name(row.tuning.rule)
         color = SEQUENCE[k % len(SEQUENCE)]
-        style = {"dash": _DASHES[k // len(SEQUENCE) % len(_DASHES)], "legendgroup": label}
+        style = {"dash": DASHES[k // len(SEQUENCE) % len(DASHES)], "legendgroup": label}
         if not row.tuning.margins.stable:
             line(fig, [None], [None], f"{label}: unstable", color, 1, **style)
             continue
@@ -70,7 +69,7 @@ def rules(comparison: Comparison, of: Record | None = None) -> go.Figure:
     if longest > 0:
         # The first view; the curves go on to the right.
         fig.update_xaxes(range=[0, min(float(r.t[-1]), 1.5 * longest)])
-    fig.update_xaxes(title_text=axis("time", "s"), row=2, col=1)
+    fig.update_xaxes(title_text=axis("time", names.time_unit), row=2, col=1)
     fig.update_yaxes(title_text=axis(names.y, names.y_unit), row=1, col=1)
     fig.update_yaxes(title_text=axis(f"{names.y} after load", names.y_unit), row=2, col=1)
     return fig

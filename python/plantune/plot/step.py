@@ -71,7 +71,7 @@ def step(
         held = not isinstance(fit.model, ProcessModel)
         curve = fit.model.step(grid, input)  # type: ignore[union-attr]
         line(fig, grid, curve, inert(fit.method), SEQUENCE[k % len(SEQUENCE)], held=held)
-    fig.update_xaxes(title_text=axis("time", "s"))
+    fig.update_xaxes(title_text=axis("time", names.time_unit))
     fig.update_yaxes(title_text=axis(f"{names.y} per {names.u}", names.gain_unit, 36))
     return fig
 

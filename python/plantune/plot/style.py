@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from plantune.record import Record
+from plantune.text import column
 
 MEASURED = "#868d96"
 MODEL = "#1767b0"
@@ -21,6 +22,8 @@ BAND = "rgba(23, 103, 176, 0.16)"
 SECOND_BAND = "rgba(224, 122, 0, 0.16)"
 FRESH = "rgba(23, 103, 176, 0.06)"
 SEQUENCE = (MODEL, SECOND, THIRD, FOURTH)
+DASHES = ("solid", "dash")
+"""Of the first round of colours, and of the second."""
 
 INK, GRID, AXIS = "#1d2733", "#e6e9ed", "#9aa3ad"
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
@@ -165,7 +168,7 @@ def axis(name: str, unit: str, longest: int = 20) -> str:
     >>> axis("time", "s"), axis("temp", "")
     ('time [s]', 'temp [?]')
     """
-    return f"{inert(name, longest)} [{inert(unit, 12) or '?'}]"
+    return f"{inert(column(name), longest)} [{inert(unit, 12) or '?'}]"
 
 
 class Names:
@@ -173,8 +176,10 @@ class Names:
 
     def __init__(self, of: Record | None, input: int = 0) -> None:
         self.u, self.y = (of.u_names[input], of.y_names[0]) if of is not None else ("u", "y")
+        self.time_unit = of.time_unit if of is not None else "s"
         units = of.units if of is not None else {}
         self.u_unit, self.y_unit = units.get(self.u, ""), units.get(self.y, "")
+        self.u, self.y = column(self.u), column(self.y)
 
     @property
     def gain_unit(self) -> str:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 from plantune.plot.embed import library
 from plantune.report import sections
+from plantune.report.figures import figures
+from plantune.report.models import model
 from plantune.report.text import escaped
 
 if TYPE_CHECKING:
@@ -62,8 +64,9 @@ def _page(run: Run) -> str:
         sections.head(run),
         sections.notes(run),
         sections.settings(run),
-        sections.model(run),
-        sections.figures(run),
+        sections.rules(run),
+        model(run),
+        figures(run),
         sections.indices(run),
         sections.provenance(run),
     ]

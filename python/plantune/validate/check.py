@@ -77,6 +77,8 @@ class Verdict:
         Their correlations.
     widening : float
         Factor by which correlated residuals widen a standard deviation.
+    feedback : bool
+        Whether the input follows errors, as it does in closed loop.
     passed : bool
         Simulation fit above the limit V01 and residuals free of the input.
     notes : tuple of Note
@@ -109,6 +111,7 @@ class Verdict:
     errors: Floats
     residuals: Residuals
     widening: float
+    feedback: bool
     passed: bool
     notes: tuple[Note, ...]
     source: str

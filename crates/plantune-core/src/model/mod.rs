@@ -5,12 +5,14 @@ mod lags;
 mod pid;
 mod poly;
 mod process;
+mod resonance;
 
 pub use convert::{c2d, check_process, d2c};
 pub use lags::lags;
 pub use pid::Pid;
 pub use poly::PolyModel;
 pub use process::{Fraction, ProcessModel};
+pub use resonance::{Mode, resonance};
 
 use crate::error::{Error, Result};
 use crate::linalg::Complex;

@@ -1,7 +1,7 @@
 //! The polynomial model as judge of the process model: does a richer structure see more?
 //!
-//! A process model is what a controller is tuned on; a polynomial model of free order is not bound to
-//! its shape. Where the latter simulates fresh data clearly better, or needs another delay, the process
+//! A process model is what a controller is tuned on; the polynomial model that is trusted most is not bound
+//! to its shape. Where the latter simulates fresh data clearly better, or needs another delay, the process
 //! model is an approximation, and its band is widened by what it leaves unexplained.
 
 use crate::limits::Limits;
@@ -18,6 +18,17 @@ pub struct Scores {
     pub widening: f64,
 }
 
+/// The polynomial model that judges.
+#[derive(Clone, Debug)]
+pub struct Rival {
+    /// What it is called.
+    pub name: String,
+    /// How it does on the same rows.
+    pub scores: Scores,
+    /// Its delay, samples.
+    pub nk: usize,
+}
+
 /// A delay with its standard deviation and the sample time, seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Delay {
@@ -30,41 +41,10 @@ pub struct Delay {
 }
 
 /// Factor for the standard deviations of the process model, and why.
-pub fn judge(process: &Scores, poly: &Scores, delay: Delay, nk: usize, limits: &Limits) -> (f64, Vec<Note>) {
-    let mut notes = Vec::new();
-    let mut factor = process.widening;
-    if poly.fit - process.fit > limits.V03 {
-        factor *= (process.rmse / poly.rmse).max(1.0);
-        notes.push(
-            Note::warning(
-                "V03",
-                format!(
-                    "a polynomial model simulates fresh data better: {:.1} % against {:.1} %",
-                    poly.fit, process.fit
-                ),
-            )
-            .measured(poly.fit - process.fit, limits.V03)
-            .remedy("the plant is not first order: tune with more margin"),
-        );
-    }
-    let apart = (delay.L / delay.Ts - (nk as f64 - 1.0)).abs();
-    let allowed = limits.V04 + 2.0 * delay.sd * process.widening / delay.Ts;
-    if apart > allowed {
-        let of_polynomial = (nk as f64 - 1.0) * delay.Ts;
-        factor *= 1.0 + (apart - allowed) * delay.Ts / delay.L.max(delay.Ts);
-        notes.push(
-            Note::warning(
-                "V04",
-                format!(
-                    "a polynomial model has another delay: {of_polynomial:.4} s against {:.4} s",
-                    delay.L
-                ),
-            )
-            .at(Place::column("L"))
-            .measured(apart, allowed)
-            .remedy("part of L stands for lags that one time constant cannot show"),
-        );
-    }
+pub fn judge(process: &Scores, delay: Delay, rival: Option<&Rival>, limits: &Limits) -> (f64, Vec<Note>) {
+    let (seen_more, mut notes) =
+        rival.map_or((1.0, Vec::new()), |rival| compared(process, delay, rival, limits));
+    let factor = process.widening * seen_more;
     if factor > 1.0 {
         notes.push(
             Note::info(
@@ -79,6 +59,46 @@ pub fn judge(process: &Scores, poly: &Scores, delay: Delay, nk: usize, limits: &
     (factor, notes)
 }
 
+/// Factor for what the polynomial model sees and the process model does not.
+fn compared(process: &Scores, delay: Delay, rival: &Rival, limits: &Limits) -> (f64, Vec<Note>) {
+    let Rival { name, scores: poly, nk } = rival;
+    let mut notes = Vec::new();
+    let mut factor = 1.0;
+    if poly.fit - process.fit > limits.V03 {
+        factor *= (process.rmse / poly.rmse).max(1.0);
+        notes.push(
+            Note::warning(
+                "V03",
+                format!(
+                    "a polynomial model, {name}, simulates fresh data better: {:.1} % against {:.1} %",
+                    poly.fit, process.fit
+                ),
+            )
+            .measured(poly.fit - process.fit, limits.V03)
+            .remedy("the plant is not first order: tune with more margin"),
+        );
+    }
+    let apart = (delay.L / delay.Ts - (*nk as f64 - 1.0)).abs();
+    let allowed = limits.V04 + 2.0 * delay.sd * process.widening / delay.Ts;
+    if apart > allowed {
+        let of_polynomial = (*nk as f64 - 1.0) * delay.Ts;
+        factor *= 1.0 + (apart - allowed) * delay.Ts / delay.L.max(delay.Ts);
+        notes.push(
+            Note::warning(
+                "V04",
+                format!(
+                    "a polynomial model, {name}, has another delay: {of_polynomial:.4} s against {:.4} s",
+                    delay.L
+                ),
+            )
+            .at(Place::column("L"))
+            .measured(apart, allowed)
+            .remedy("part of L stands for lags that one time constant cannot show"),
+        );
+    }
+    (factor, notes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -87,7 +107,8 @@ mod tests {
     const DELAY: Delay = Delay { L: 0.4, sd: 0.0, Ts: 0.1 };
 
     fn judged(process: Scores, poly: Scores, delay: Delay, nk: usize) -> (f64, Vec<&'static str>) {
-        let (factor, notes) = judge(&process, &poly, delay, nk, &Limits::default());
+        let rival = Rival { name: "ARX".into(), scores: poly, nk };
+        let (factor, notes) = judge(&process, delay, Some(&rival), &Limits::default());
         (factor, notes.iter().map(|n| n.code).collect())
     }
 
@@ -107,6 +128,13 @@ mod tests {
     #[test]
     fn a_worse_polynomial_says_nothing() {
         assert_eq!(judged(GOOD, Scores { fit: 60.0, rmse: 0.4, widening: 3.0 }, DELAY, 5), (1.0, vec![]));
+    }
+
+    #[test]
+    fn without_a_polynomial_model_the_residuals_alone_widen() {
+        let coloured = Scores { widening: 1.7, ..GOOD };
+        let (factor, notes) = judge(&coloured, DELAY, None, &Limits::default());
+        assert_eq!((factor, notes.len(), notes[0].code), (1.7, 1, "V05"));
     }
 
     #[test]

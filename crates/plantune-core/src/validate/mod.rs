@@ -5,7 +5,7 @@ mod plausibility;
 mod residuals;
 mod verdict;
 
-pub use judge::{Delay, Scores, judge};
+pub use judge::{Delay, Rival, Scores, judge};
 pub use plausibility::plausible;
 pub use residuals::{Residuals, residuals};
 pub use verdict::{CheckOptions, Verdict, check};

@@ -2,6 +2,8 @@
 //!
 //! `fit = 100 (1 - |y - yhat| / |y - mean(y)|)`.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
@@ -46,6 +48,8 @@ pub struct Verdict {
     pub residuals: Residuals,
     /// Factor by which correlated residuals widen a standard deviation.
     pub widening: f64,
+    /// Whether the input follows errors, as it does in closed loop.
+    pub feedback: bool,
     /// Fit above the limit and residuals free of the input.
     pub passed: bool,
     /// Doubts.
@@ -107,6 +111,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         N,
         offset: simulated.offset,
         widening: if exact { 1.0 } else { widening(&residuals) },
+        feedback: !exact && feedback(&residuals),
         simulated,
         errors,
         residuals,
@@ -163,6 +168,17 @@ fn widening(residuals: &Residuals) -> f64 {
         return 1.0;
     }
     (1.0 + 2.0 * outside.iter().sum::<f64>()).sqrt()
+}
+
+/// Whether some input follows errors of the same row or of earlier ones, beyond what chance gives.
+fn feedback(residuals: &Residuals) -> bool {
+    let until_now = residuals.cross_lags.iter().take_while(|lag| **lag <= 0).count();
+    let mut inputs = residuals.crosscorr.iter().zip(&residuals.cross_band);
+    inputs.any(|(r, band)| {
+        // The model's own error, which doubles the variance in `cross_limit`, has no part here.
+        let limit = residuals.cross_limit * FRAC_1_SQRT_2 * band;
+        r[..until_now].iter().any(|r| r.abs() > limit)
+    })
 }
 
 /// Lags that may lie outside a 99 % band without saying anything.
