@@ -263,15 +263,17 @@ impl<'r, 'a> Predictor<'r, 'a> {
         let x0: &[f64] = state.map_or(&[], |s| &self.x0[s]);
         let begins = !x0.is_empty();
         let Output { minus_y, one, v } = &mut self.output;
-        one.rows(len).fill(1.0);
+        if self.constant {
+            one.rows(len).fill(1.0);
+        }
         let v = v.rows(len);
-        v.iter_mut().zip(&self.y[rows]).for_each(|(v, y)| *v = constant - y);
+        v.iter_mut().zip(&self.y[rows]).for_each(|(v, y)| *v = y - constant);
         for (k, minus_y) in minus_y.iter_mut().enumerate() {
             let lag = minus_y.rows(len);
             delayed(&self.y, k + 1, t, start, lag);
             for (v, y) in v.iter_mut().zip(lag) {
                 *y = -*y;
-                *v += model.A[k + 1] * *y;
+                *v -= model.A[k + 1] * *y;
             }
         }
         let mut next = 0;
@@ -283,17 +285,20 @@ impl<'r, 'a> Predictor<'r, 'a> {
                 let terms = w.iter_mut().zip(u.late(0, len));
                 terms.for_each(|(w, u)| *w = if k == 0 { b * u } else { *w + b * u });
             }
-            impulse.rows(len).fill(0.0);
             let nf = self.orders.nf[i];
+            if self.states > 0 {
+                impulse.rows(len).fill(0.0);
+            }
             if begins {
                 w.iter_mut().zip(&x0[next..next + nf]).for_each(|(w, x)| *w += x);
                 impulse.rows(len)[0] = 1.0;
             }
             next += nf;
-            divide(&model.F[i], &mut path.through, &mut path.w, -1.0, len);
-            v.iter_mut().zip(path.through[0].late(0, len)).for_each(|(v, w)| *v += w);
+            if nf > 0 {
+                divide(&model.F[i], &mut path.through, &mut path.w, -1.0, len);
+            }
+            v.iter_mut().zip(path.through[0].late(0, len)).for_each(|(v, w)| *v -= w);
         }
-        v.iter_mut().for_each(|v| *v = -*v);
         if let Some(noise) = &mut self.noise {
             noise.run(&self.output, &self.paths, model, len, &x0[next.min(x0.len())..], begins);
         }
