@@ -8,7 +8,7 @@ RUST   := $(shell find crates/*/src crates/*/Cargo.toml) Cargo.toml Cargo.lock
 MSRV   := $(shell sed -n 's/^rust-version = "\(.*\)"/\1/p' Cargo.toml)
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all bench lint check
+.PHONY: help demo test test-all docs bench lint check
 
 help:      ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' Makefile
@@ -23,6 +23,13 @@ test: $(VENV)/extra-test   ## every test but the slow ones, and the examples in 
 test-all: $(VENV)/extra-test   ## the slow ones too
 	@cargo test --quiet --locked -- --include-ignored
 	@$(BIN)/python -m pytest --quiet -m ""
+
+docs: $(VENV)/extra-test   ## run the pages, and draw their figures as HTML: out/docs
+	@$(BIN)/python -m pytest --quiet README.md docs
+	@mkdir -p out/docs
+	@$(BIN)/python examples/which_method.py
+	@$(BIN)/python examples/records.py --figures out/docs
+	@$(BIN)/python examples/source_000.py --figures out/docs
 
 bench: $(VENV)/extra-bench ## side by side with the peers, in one run
 	@$(BIN)/python -m benches

@@ -59,18 +59,7 @@ def figures() -> dict[str, object]:
 
 def moto(path: Path) -> pt.Record:
     """Return the record of the MotoShield without its start from rest, 50 rows."""
-    from scipy.io import loadmat
-
-    columns = loadmat(path)
-    rec = pt.Record(
-        u=columns["u"],
-        y=columns["y"],
-        Ts=0.02,
-        u_names=["voltage"],
-        y_names=["speed"],
-        units={"voltage": "V"},
-    )
-    return rec.take(slice(50, None))
+    return pt.read(path, u="u", y="y", Ts=0.02).take(slice(50, None))
 
 
 def main() -> None:
