@@ -4,6 +4,11 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+/// Calls `f`, its loops compiled for the registers at hand as far as they are inlined.
+pub fn vectorised<R>(f: impl FnOnce() -> R) -> R {
+    Arch::new().dispatch(f)
+}
+
 /// `x . y`.
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     struct Dot<'a>(&'a [f64], &'a [f64]);

@@ -13,7 +13,7 @@ use super::qr::Triangle;
 use super::solve::solve_damped;
 
 /// Cosine between the residual and the space of the gradient's columns at a minimum (Bates and Watts 1981).
-const GRADIENT: f64 = 1e-8;
+const GRADIENT: f64 = 3e-8;
 
 /// The same where rounding lets no step lower the cost any more.
 const ROUNDED: f64 = 1e-5;
@@ -22,6 +22,11 @@ const MOST_STEPS: usize = 100;
 
 /// Steps remembered.
 const MOST_MEMORY: usize = 5;
+
+/// Curvature of the residual against that of the gradient's space: a change whose length is `x` times the
+/// residual's tells nothing where the later ones leave less than `sqrt(CURVED) x` of it. Over random OE and
+/// ARMAX models, 10 to 100 needs a fifth fewer evaluations than 0.
+const CURVED: f64 = 30.0;
 
 /// A nonlinear least-squares problem.
 pub trait Residuals {
@@ -160,7 +165,7 @@ impl Memory {
                 subtract(&mut change, share, other);
                 subtract(&mut moved, share, with);
             }
-            if norm2(&change, &scale) > 1e-16 * own {
+            if norm2(&change, &scale) * best.cost > CURVED * own * own {
                 let share = product(&left, &change, &scale) / norm2(&change, &scale);
                 subtract(&mut left, share, &change);
                 subtract(&mut mixed, share, &moved);

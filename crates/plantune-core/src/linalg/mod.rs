@@ -14,7 +14,7 @@ pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;
 pub use eigen::{eigenvalues, symmetric_eigenvalues};
-pub use kernel::{dot, extent, scale_into, sum};
+pub use kernel::{dot, extent, scale_into, sum, vectorised};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};
 pub use qr::{BLOCK, Block, Triangle};
 pub use recursion::Recursion;

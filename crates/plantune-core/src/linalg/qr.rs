@@ -32,6 +32,11 @@ impl Block {
         Block { n, data: Lines::new(BLOCK * n), rows: 0, lanes: Lines::new(n * n * LANES), reduced: false }
     }
 
+    /// Takes `n` columns from now on, at most as many as there is room for.
+    pub fn take_columns(&mut self, n: usize) {
+        self.n = n;
+    }
+
     /// Rows still free; at least one.
     pub fn free(&self) -> usize {
         BLOCK - self.rows
@@ -65,10 +70,9 @@ impl Block {
     /// Reflects the rows into the triangles of the lanes.
     fn reduce(&mut self) {
         let rows = self.rows.next_multiple_of(LANES);
-        for column in self.data.chunks_exact_mut(BLOCK) {
-            column[self.rows..rows].fill(0.0);
-        }
-        absorb(&mut self.lanes, self.n, &mut self.data, BLOCK, rows);
+        let columns = &mut self.data[..BLOCK * self.n];
+        columns.chunks_exact_mut(BLOCK).for_each(|column| column[self.rows..rows].fill(0.0));
+        absorb(&mut self.lanes[..self.n * self.n * LANES], self.n, columns, BLOCK, rows);
         self.rows = 0;
         self.reduced = true;
     }
@@ -145,7 +149,7 @@ impl Triangle {
             block.reduce();
         }
         if block.reduced {
-            gather(&mut self.r, self.n, &mut block.lanes);
+            gather(&mut self.r, self.n, &mut block.lanes[..self.n * self.n * LANES], &mut block.data);
             block.reduced = false;
         }
     }

@@ -24,8 +24,9 @@ pub fn absorb(r: &mut [f64], n: usize, block: &mut [f64], stride: usize, rows: u
     Arch::new().dispatch(Absorb { r, n, block, stride, rows });
 }
 
-/// Stacks the triangles of all lanes below `r` and reflects them into it; clears them.
-pub fn gather(r: &mut [f64], n: usize, triangles: &mut [f64]) {
+/// Stacks the triangles of all lanes below `r` and reflects them into it; clears them. The room holds as many
+/// columns as the triangles.
+pub fn gather(r: &mut [f64], n: usize, triangles: &mut [f64], room: &mut [f64]) {
     struct Lanes;
     impl WithSimd for Lanes {
         type Output = usize;
@@ -36,16 +37,24 @@ pub fn gather(r: &mut [f64], n: usize, triangles: &mut [f64]) {
         }
     }
     let lanes = Arch::new().dispatch(Lanes);
-    let rows = n * lanes;
-    let mut block = vec![0.0; rows * n];
-    for i in 0..n {
-        for j in i..n {
-            let entries = &triangles[(i * n + j) * lanes..][..lanes];
-            block[j * rows + i * lanes..][..lanes].copy_from_slice(entries);
+    let stride = room.len() / n.max(1);
+    // As many rows of each triangle at a time as there is room for.
+    for part in (0..n).step_by(stride / lanes) {
+        let part = part..n.min(part + stride / lanes);
+        for j in 0..n {
+            let column = &mut room[j * stride..][..part.len() * lanes];
+            for (i, rows) in part.clone().zip(column.chunks_exact_mut(lanes)) {
+                if i <= j {
+                    rows.copy_from_slice(&triangles[(i * n + j) * lanes..][..lanes]);
+                } else {
+                    rows.fill(0.0);
+                }
+            }
         }
+        let rows = part.len() * lanes;
+        Absorb { r, n, block: &mut *room, stride, rows }.with_simd(Scalar);
     }
     triangles.fill(0.0);
-    Absorb { r, n, block: &mut block, stride: rows, rows }.with_simd(Scalar);
 }
 
 struct Absorb<'a> {

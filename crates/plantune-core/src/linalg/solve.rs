@@ -45,7 +45,7 @@ pub fn solve(
     let mut inverse_gram = vec![0.0; n * n];
     for i in 0..n {
         let (row, scale_i) = (qr.order[i], qr.scale[qr.order[i]]);
-        theta[row] = (i..n).map(|k| inverse[i * n + k] * qr.rhs[k]).sum::<f64>() / scale_i;
+        theta[row] = (i..n).map(|k| inverse[i * n + k] * qr.rhs()[k]).sum::<f64>() / scale_i;
         for j in 0..n {
             let (column, scale_j) = (qr.order[j], qr.scale[qr.order[j]]);
             inverse_gram[row * n + column] =
@@ -71,7 +71,7 @@ pub fn solve_damped(triangle: &Triangle, columns: &[usize], rhs: usize, damping:
     for k in (0..n).rev() {
         let known: f64 = (k + 1..n).map(|j| qr.a[j * qr.rows + k] * x[j]).sum();
         let diagonal = qr.a[k * qr.rows + k];
-        x[k] = if diagonal.abs() > 1e-15 * qr.diagonal(0) { (qr.rhs[k] - known) / diagonal } else { 0.0 };
+        x[k] = if diagonal.abs() > 1e-15 * qr.diagonal(0) { (qr.rhs()[k] - known) / diagonal } else { 0.0 };
     }
     let mut ordered = vec![0.0; n];
     for (x, &j) in x.iter().zip(&qr.order) {
@@ -82,9 +82,8 @@ pub fn solve_damped(triangle: &Triangle, columns: &[usize], rhs: usize, damping:
 
 /// Householder QR with column pivoting of `R[:, columns] / scale`, applied to `R[:, rhs]` as well.
 struct PivotedQr {
-    a: Vec<f64>, // (rows, n) column-major; the triangle stands in its upper part
+    a: Vec<f64>, // (rows, n) column-major, then the right-hand side; the triangle stands in its upper part
     rows: usize,
-    rhs: Vec<f64>,     // (rows)
     scale: Vec<f64>,   // (n) of the columns asked for
     order: Vec<usize>, // (n) which column stands where
 }
@@ -106,13 +105,13 @@ impl PivotedQr {
             .map(|&c| column(c).map(|x| x * x).sum::<f64>().sqrt())
             .map(|norm| if norm > 0.0 { norm } else { 1.0 })
             .collect();
-        let mut a = Vec::with_capacity(rows * n);
+        let mut a = Vec::with_capacity(rows * (n + 1));
         for (j, (&c, s)) in columns.iter().zip(&scale).enumerate() {
             a.extend(column(c).map(|x| x / s));
             a.extend((0..below).map(|i| if i == j { damping.sqrt() } else { 0.0 }));
         }
-        let rhs = column(rhs).chain((0..below).map(|_| 0.0)).collect();
-        let mut qr = PivotedQr { a, rows, rhs, scale, order: (0..n).collect() };
+        a.extend(column(rhs).chain((0..below).map(|_| 0.0)));
+        let mut qr = PivotedQr { a, rows, scale, order: (0..n).collect() };
         for k in 0..n.min(rows) {
             qr.pivot(k);
             qr.reflect(k);
@@ -150,12 +149,16 @@ impl PivotedQr {
         let diagonal = -norm.copysign(x[0]);
         let beta = norm * (norm + x[0].abs());
         x[0] -= diagonal;
-        for b in tail.chunks_exact_mut(rows).chain([self.rhs.as_mut_slice()]) {
+        for b in tail.chunks_exact_mut(rows) {
             let b = &mut b[k..];
             let w = x.iter().zip(b.iter()).map(|(v, c)| v * c).sum::<f64>() / beta;
             b.iter_mut().zip(x.iter()).for_each(|(c, v)| *c -= w * v);
         }
         x[0] = diagonal;
+    }
+
+    fn rhs(&self) -> &[f64] {
+        &self.a[self.rows * self.order.len()..]
     }
 
     fn diagonal(&self, k: usize) -> f64 {
@@ -174,7 +177,7 @@ impl PivotedQr {
 
     /// Squared length of the right-hand side that the first `rank` columns leave.
     fn rest(&self, rank: usize) -> f64 {
-        self.rhs[rank.min(self.rows)..].iter().map(|x| x * x).sum()
+        self.rhs()[rank.min(self.rows)..].iter().map(|x| x * x).sum()
     }
 
     /// Inverse of the triangle, row-major.

@@ -6,7 +6,8 @@
 //! where the minimum leaves something that further lags explain do other starts get their turn.
 //!
 //! Source 001, 3.5.6 and 3.5.7; Ljung 1999, 7.2 and 10.2.
-mod line;
+mod layout;
+mod lines;
 mod predictor;
 mod starts;
 

@@ -20,8 +20,9 @@
 use std::ops::Range;
 
 use super::super::orders::Orders;
-use super::line::{Line, divide, lines, set_product};
-use crate::linalg::{Block, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2};
+use super::layout::Layout;
+use super::lines::Lines;
+use crate::linalg::{Block, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2, vectorised};
 use crate::model::PolyModel;
 use crate::poly::{is_stable, reflected};
 use crate::record::{Record, Scale};
@@ -34,26 +35,6 @@ const FURTHER: usize = 2;
 /// Least p-value at which they are taken as explaining nothing.
 const BY_CHANCE: f64 = 1e-3;
 
-/// A signal whose lags are columns.
-#[derive(Clone, Copy, PartialEq)]
-enum Signal {
-    /// `-y(t-k)`.
-    MinusY(usize),
-    One,
-    /// `u_i(t-nk_i-k)/F_i`.
-    Input(usize, usize),
-    /// `-w_i/F_i`.
-    MinusW(usize),
-    /// `1/F_i`.
-    Impulse(usize),
-    /// `1/C`.
-    NoiseImpulse,
-    /// `eps/C`.
-    Eps,
-    /// `-v/C`.
-    MinusV,
-}
-
 /// Scaled data, and the signals on their way through a model.
 pub(super) struct Predictor<'r, 'a> {
     rec: &'r Record<'a>,
@@ -62,23 +43,20 @@ pub(super) struct Predictor<'r, 'a> {
     pub(super) scale_u: Vec<Scale>,
     pub(super) scale_y: Scale,
     u: Vec<Vec<f64>>,
-    u_rows: Vec<f64>, // (N, nu)
+    u_rows: Vec<f64>, // (N, nu), where there are several inputs
     y: Vec<f64>,
+    minus_y: Vec<f64>,
     /// Rows without a break that the model needs whole; residuals begin `history` rows later.
     stretches: Vec<Range<usize>>,
     history: usize,
-    /// Columns of the triangle but the last: first those of the initial state, then `theta` and the constant.
-    columns: Vec<(Signal, usize)>,
-    states: usize,
     /// Initial state of each stretch with which the rows at hand are made.
     x0: Vec<Vec<f64>>,
     /// The best parameters so far.
     best: Option<Best>,
     /// The model that rows pass through.
     model: PolyModel,
-    paths: Vec<Path>,
-    output: Output,
-    noise: Option<Noise>,
+    layout: Layout,
+    lines: Lines,
     block: Block,
 }
 
@@ -101,31 +79,6 @@ impl Best {
     }
 }
 
-/// One input on its way to the output.
-struct Path {
-    /// `w_i`, the impulse, and `u_i(t-nk_i-k)` for each b, all divided by `F_i`.
-    through: Vec<Line>,
-    /// `-w_i/F_i`.
-    w: Line,
-}
-
-/// `-y(t-k)` for each a, the constant, and `v`.
-struct Output {
-    minus_y: Vec<Line>,
-    one: Line,
-    v: Line,
-}
-
-/// The noise model's share of the work.
-struct Noise {
-    /// What passes through `D/C`, beside `v`.
-    passing: Vec<Signal>,
-    /// `[eps, impulse/C, …, -v/C]`.
-    first: Vec<Line>,
-    /// `eps/C`.
-    eps: Line,
-}
-
 impl<'r, 'a> Predictor<'r, 'a> {
     pub(super) fn new(rec: &'r Record<'a>, orders: &'r Orders, constant: bool, start: Start) -> Self {
         // At rest before the record means zero in its own units.
@@ -134,42 +87,34 @@ impl<'r, 'a> Predictor<'r, 'a> {
         let y = rec.output_held(0);
         let scale_y = Scale::of(&y, centred);
         let scaled = |x: &[f64], s: Scale| x.iter().map(|&x| s.apply(x)).collect::<Vec<f64>>();
+        let y = scaled(&y, scale_y);
+        let minus_y = if orders.na > 0 { y.iter().map(|y| -y).collect() } else { Vec::new() };
         let history = if start == Start::Zero { 0 } else { orders.history() };
-        let columns = columns(orders, constant, start);
-        let states = columns.len() - orders.n() - usize::from(constant);
+        let layout = Layout::new(orders, constant, start);
+        let states = layout.states;
         let stretches: Vec<_> =
             stretches(rec, orders).into_iter().filter(|s| s.len() > history + states).collect();
         let most_f = orders.nf.iter().copied().max().unwrap_or(0);
         let past = FURTHER + 1 + [most_f, orders.nc, orders.nd].into_iter().max().unwrap_or(0);
-        let line = || Line::new(past);
-        let path = |i: usize| Path { through: lines(2 + orders.nb[i], past), w: line() };
-        let noise = || {
-            let mut passing: Vec<Signal> = columns.iter().map(|c| c.0).collect();
-            passing.retain(|s| !matches!(s, Signal::NoiseImpulse | Signal::Eps | Signal::MinusV));
-            passing.dedup();
-            Noise { first: lines(2 + passing.len() + usize::from(orders.nd > 0), past), eps: line(), passing }
-        };
-        let rows = rec.u.chunks_exact(rec.nu);
+        let of_input = |(k, &u): (usize, &f64)| scale_u[k % rec.nu].apply(u);
         Predictor {
-            u_rows: rows.flat_map(|row| row.iter().zip(&scale_u).map(|(&u, s)| s.apply(u))).collect(),
+            u_rows: if rec.nu == 1 { Vec::new() } else { rec.u.iter().enumerate().map(of_input).collect() },
             u: (0..rec.nu).map(|i| scaled(&rec.input(i), scale_u[i])).collect(),
-            y: scaled(&y, scale_y),
+            y,
+            minus_y,
             scale_u,
             scale_y,
             x0: vec![vec![0.0; states]; stretches.len()],
             best: None,
             model: orders.model(&vec![0.0; orders.n()], rec.Ts),
-            block: Block::new(columns.len() + 1),
-            paths: (0..rec.nu).map(path).collect(),
-            output: Output { minus_y: vec![line(); orders.na], one: line(), v: line() },
-            noise: (orders.nc + orders.nd > 0).then(noise),
+            block: Block::new(layout.columns.len() + 1 + FURTHER * (rec.nu + 1)),
+            lines: Lines::new(layout.count, past),
+            layout,
             rec,
             orders,
             constant,
             stretches,
             history,
-            columns,
-            states,
         }
     }
 
@@ -185,7 +130,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
 
     /// Initial states of all stretches.
     pub(super) fn states(&self) -> usize {
-        self.states * self.stretches.len()
+        self.layout.states * self.stretches.len()
     }
 
     /// Initial state of each stretch, in the record's units: impulses into each `1/F_i`, then into `1/C`.
@@ -204,7 +149,8 @@ impl<'r, 'a> Predictor<'r, 'a> {
 
     /// The scaled data as a record of its own.
     pub(super) fn data(&self) -> Record<'_> {
-        Record { u: &self.u_rows, y: &self.y, ny: 1, ..self.rec.clone() }
+        let u = if self.rec.nu == 1 { &self.u[0] } else { &self.u_rows };
+        Record { u, y: &self.y, ny: 1, ..self.rec.clone() }
     }
 
     /// Whether two further lags of every input and of the error lower the cost no more than by chance.
@@ -212,18 +158,11 @@ impl<'r, 'a> Predictor<'r, 'a> {
         if minimum.cost <= self.exact() {
             return true;
         }
-        let own = self.columns.clone();
-        let mut further = Vec::new();
-        for (i, &nb) in self.orders.nb.iter().enumerate() {
-            further.extend((1..=FURTHER).map(|lag| (Signal::Input(i, nb - 1), lag)));
-        }
-        if self.noise.is_some() {
-            further.extend((1..=FURTHER).map(|k| (Signal::Eps, self.orders.nc + k)));
-        }
-        self.columns.extend(&further);
-        let block = std::mem::replace(&mut self.block, Block::new(self.columns.len() + 1));
+        let further: Vec<_> = (1..=FURTHER).flat_map(|lag| self.layout.further(self.orders, lag)).collect();
+        let own = self.layout.columns.len();
+        self.layout.columns.extend(&further);
         let triangle = self.linearise(&minimum.theta);
-        (self.columns, self.block) = (own, block);
+        self.layout.columns.truncate(own);
         let Some(triangle) = triangle else { return false };
         let every: Vec<usize> = (0..triangle.n() - 1).collect();
         let left = residual_norm2(&triangle, &every, triangle.n() - 1, 1e-12);
@@ -240,155 +179,92 @@ impl<'r, 'a> Predictor<'r, 'a> {
 
     /// Triangle of `[initial state | theta, constant | eps]` of one stretch.
     fn stretch(&mut self, s: usize, constant: f64) -> Triangle {
-        let mut triangle = Triangle::new(self.columns.len() + 1);
-        self.clear();
+        let n = self.layout.columns.len() + 1;
+        let mut triangle = Triangle::new(n);
+        self.block.take_columns(n);
+        self.lines.clear();
         let Range { start, end } = self.stretches[s];
         let first = start + self.history;
         let mut t = first;
         while t < end {
             let len = self.block.free().min(end - t);
-            self.run(t..t + len, start, constant, (t == first).then_some(s));
+            let state = (t == first).then_some(s);
+            vectorised(
+                #[inline(always)]
+                || self.run(t..t + len, start, constant, state),
+            );
             self.fill(t, len);
-            self.pass(len);
             t += len;
+            if t < end {
+                self.lines.pass(len);
+            }
         }
         triangle.absorb(&mut self.block);
         triangle
     }
 
     /// Brings all signals through the model over some rows; the first ones of a stretch get its `state`.
+    #[inline(always)]
     fn run(&mut self, rows: Range<usize>, start: usize, constant: f64, state: Option<usize>) {
-        let model = &self.model;
-        let (t, len) = (rows.start, rows.len());
-        let x0: &[f64] = state.map_or(&[], |s| &self.x0[s]);
+        let Predictor { lines, layout, model, y, minus_y, u, .. } = self;
+        let len = rows.len();
+        let mut x0: &[f64] = state.map_or(&[], |s| &self.x0[s]);
         let begins = !x0.is_empty();
-        let Output { minus_y, one, v } = &mut self.output;
         if self.constant {
-            one.rows(len).fill(1.0);
+            lines.rows(layout.one, len).fill(1.0);
         }
-        let v = v.rows(len);
-        v.iter_mut().zip(&self.y[rows]).for_each(|(v, y)| *v = y - constant);
-        for (k, minus_y) in minus_y.iter_mut().enumerate() {
-            let lag = minus_y.rows(len);
-            delayed(&self.y, k + 1, t, start, lag);
-            for (v, y) in v.iter_mut().zip(lag) {
-                *y = -*y;
-                *v -= model.A[k + 1] * *y;
-            }
+        lines.rows(layout.v, len).iter_mut().zip(&y[rows.clone()]).for_each(|(v, y)| *v = y - constant);
+        for (k, line) in layout.minus_y.clone().enumerate() {
+            let lag = delayed(minus_y, k + 1, &rows, start);
+            lines.take([line, layout.v], lag, -model.A[k + 1], len);
         }
-        let mut next = 0;
-        for (i, path) in self.paths.iter_mut().enumerate() {
-            let [w, impulse, u @ ..] = path.through.as_mut_slice() else { return };
-            let w = w.rows(len);
-            for (k, (u, b)) in u.iter_mut().zip(&model.B[i]).enumerate() {
-                delayed(&self.u[i], model.nk[i] + k, t, start, u.rows(len));
-                let terms = w.iter_mut().zip(u.late(0, len));
-                terms.for_each(|(w, u)| *w = if k == 0 { b * u } else { *w + b * u });
+        for (i, path) in layout.paths.iter().enumerate() {
+            let first = path.group.first();
+            lines.rows(first, len).fill(0.0);
+            for (k, line) in path.u.clone().enumerate() {
+                let lag = delayed(&u[i], model.nk[i] + k, &rows, start);
+                lines.take([line, first], lag, model.B[i][k], len);
             }
-            let nf = self.orders.nf[i];
-            if self.states > 0 {
-                impulse.rows(len).fill(0.0);
+            if let Some(impulse) = path.impulse {
+                let (own, rest) = x0.split_at(if begins { self.orders.nf[i] } else { 0 });
+                lines.begin([first, impulse], own, 1.0, len);
+                x0 = rest;
             }
-            if begins {
-                w.iter_mut().zip(&x0[next..next + nf]).for_each(|(w, x)| *w += x);
-                impulse.rows(len)[0] = 1.0;
+            if self.orders.nf[i] > 0 {
+                lines.divide(&model.F[i], path.group, -1.0, len);
             }
-            next += nf;
-            if nf > 0 {
-                divide(&model.F[i], &mut path.through, &mut path.w, -1.0, len);
-            }
-            v.iter_mut().zip(path.through[0].late(0, len)).for_each(|(v, w)| *v -= w);
+            let [v, w] = lines.two([layout.v, first], len);
+            v.iter_mut().zip(w).for_each(|(v, w)| *v -= *w);
         }
-        if let Some(noise) = &mut self.noise {
-            noise.run(&self.output, &self.paths, model, len, &x0[next.min(x0.len())..], begins);
+        let Some(noise) = &layout.noise else { return };
+        lines.product(&model.D, layout.v, noise.group.first(), len);
+        for &(from, to) in &noise.passing {
+            lines.product(&model.D, from, to, len);
         }
+        if let Some(minus_v) = noise.minus_v {
+            lines.product(&[-1.0], layout.v, minus_v, len);
+        }
+        if let Some(impulse) = noise.impulse {
+            lines.begin([noise.group.first(), impulse], x0, -1.0, len);
+        }
+        lines.divide(&model.C, noise.group, 1.0, len);
     }
 
     /// Moves the rows `t..t+len` that count into the block.
     fn fill(&mut self, t: usize, len: usize) {
+        let Predictor { lines, layout, block, rec, .. } = self;
         let mut from = 0;
         while from < len {
-            let counts = |k: usize| self.rec.is_valid(t + k, 0);
-            let run =
-                if self.rec.valid.is_none() { len } else { (from..len).take_while(|&k| counts(k)).count() };
-            for (j, &(signal, lag)) in self.columns.iter().enumerate() {
-                let line = match &self.noise {
-                    Some(noise) => noise.signal(signal),
-                    None => plain(&self.output, &self.paths, signal),
-                };
-                let rows = line.late(lag, from + run);
-                self.block.next_rows(j, run).copy_from_slice(&rows[from..]);
+            let counts = |k: usize| rec.is_valid(t + k, 0);
+            let run = if rec.valid.is_none() { len } else { (from..len).take_while(|&k| counts(k)).count() };
+            for (j, &(line, lag)) in layout.columns.iter().chain([&(layout.eps(), 0)]).enumerate() {
+                block.next_rows(j, run).copy_from_slice(&lines.late(line, lag, from + run)[from..]);
             }
-            let eps = self.noise.as_ref().map_or(&self.output.v, |noise| &noise.first[0]);
-            self.block.next_rows(self.columns.len(), run).copy_from_slice(&eps.late(0, from + run)[from..]);
             if run > 0 {
-                self.block.grow(run);
+                block.grow(run);
             }
             from += run.max(1);
         }
-    }
-
-    fn lines(&mut self) -> impl Iterator<Item = &mut Line> {
-        let paths = self.paths.iter_mut().flat_map(|p| p.through.iter_mut().chain([&mut p.w]));
-        let Output { minus_y, one, v } = &mut self.output;
-        let noise = self.noise.iter_mut().flat_map(|n| n.first.iter_mut().chain([&mut n.eps]));
-        paths.chain(minus_y).chain([one, v]).chain(noise)
-    }
-
-    fn clear(&mut self) {
-        self.lines().for_each(Line::clear);
-    }
-
-    fn pass(&mut self, len: usize) {
-        self.lines().for_each(|line| line.pass(len));
-    }
-}
-
-impl Noise {
-    fn run(
-        &mut self,
-        output: &Output,
-        paths: &[Path],
-        model: &PolyModel,
-        len: usize,
-        x0: &[f64],
-        begins: bool,
-    ) {
-        let [eps, impulse, passing @ ..] = self.first.as_mut_slice() else { return };
-        set_product(&model.D, &output.v, eps.rows(len));
-        impulse.rows(len).fill(0.0);
-        if begins {
-            eps.rows(len).iter_mut().zip(x0).for_each(|(eps, x)| *eps -= x);
-            impulse.rows(len)[0] = 1.0;
-        }
-        for (line, &signal) in passing.iter_mut().zip(&self.passing) {
-            set_product(&model.D, plain(output, paths, signal), line.rows(len));
-        }
-        if let Some(minus_v) = passing.get_mut(self.passing.len()) {
-            minus_v.rows(len).iter_mut().zip(output.v.late(0, len)).for_each(|(to, v)| *to = -v);
-        }
-        divide(&model.C, &mut self.first, &mut self.eps, 1.0, len);
-    }
-
-    fn signal(&self, signal: Signal) -> &Line {
-        match signal {
-            Signal::NoiseImpulse => &self.first[1],
-            Signal::Eps => &self.eps,
-            Signal::MinusV => &self.first[2 + self.passing.len()],
-            other => &self.first[2 + self.passing.iter().position(|s| *s == other).unwrap_or(0)],
-        }
-    }
-}
-
-/// A signal before the noise model.
-fn plain<'s>(output: &'s Output, paths: &'s [Path], signal: Signal) -> &'s Line {
-    match signal {
-        Signal::MinusY(k) => &output.minus_y[k - 1],
-        Signal::Input(i, k) => &paths[i].through[2 + k],
-        Signal::Impulse(i) => &paths[i].through[1],
-        Signal::MinusW(i) => &paths[i].w,
-        Signal::One => &output.one,
-        Signal::NoiseImpulse | Signal::Eps | Signal::MinusV => &output.v, // only behind a noise model
     }
 }
 
@@ -397,10 +273,10 @@ impl Residuals for Predictor<'_, '_> {
         let n = self.orders.n();
         self.model.set_theta(&theta[..n]);
         let constant = theta.get(n).copied().unwrap_or(0.0);
-        if let Some(best) = &self.best {
+        if let Some(best) = self.best.as_ref().filter(|_| self.layout.states > 0) {
             self.x0 = best.x0(theta);
         }
-        let mut heads = Segmented::new(self.states, self.columns.len() - self.states);
+        let mut heads = Segmented::new(self.layout.states, self.layout.columns.len() - self.layout.states);
         for s in 0..self.stretches.len() {
             heads.push(self.stretch(s, constant));
         }
@@ -434,28 +310,6 @@ impl Residuals for Predictor<'_, '_> {
     }
 }
 
-/// `[initial state | a b c d f | constant]`.
-fn columns(orders: &Orders, constant: bool, start: Start) -> Vec<(Signal, usize)> {
-    let mut columns = Vec::new();
-    if start == Start::Estimate {
-        for (i, &nf) in orders.nf.iter().enumerate() {
-            columns.extend((0..nf).map(|lag| (Signal::Impulse(i), lag)));
-        }
-        columns.extend((0..orders.nc.max(orders.nd)).map(|lag| (Signal::NoiseImpulse, lag)));
-    }
-    columns.extend((1..=orders.na).map(|k| (Signal::MinusY(k), 0)));
-    for (i, &nb) in orders.nb.iter().enumerate() {
-        columns.extend((0..nb).map(|k| (Signal::Input(i, k), 0)));
-    }
-    columns.extend((1..=orders.nc).map(|lag| (Signal::Eps, lag)));
-    columns.extend((1..=orders.nd).map(|lag| (Signal::MinusV, lag)));
-    for (i, &nf) in orders.nf.iter().enumerate() {
-        columns.extend((1..=nf).map(|lag| (Signal::MinusW(i), lag)));
-    }
-    columns.extend(constant.then_some((Signal::One, 0)));
-    columns
-}
-
 /// Rows that a model needs whole: the segments where only the simulated output is remembered, for it passes
 /// over holes; else their runs of valid outputs.
 fn stretches(rec: &Record, orders: &Orders) -> Vec<Range<usize>> {
@@ -463,12 +317,11 @@ fn stretches(rec: &Record, orders: &Orders) -> Vec<Range<usize>> {
     if remembers_y { rec.runs(0, 0, 0) } else { rec.segments().collect() }
 }
 
-/// `u(t - nk)` on rows `t..`, zero before the stretch.
-fn delayed(u: &[f64], nk: usize, t: usize, start: usize, out: &mut [f64]) {
-    let missing = (start + nk).saturating_sub(t).min(out.len());
-    out[..missing].fill(0.0);
-    let len = out.len() - missing;
-    out[missing..].copy_from_slice(&u[t + missing - nk..][..len]);
+/// `x(t - lag)` on those of the rows where it is not before the stretch.
+#[inline(always)]
+fn delayed<'x>(x: &'x [f64], lag: usize, rows: &Range<usize>, start: usize) -> &'x [f64] {
+    let first = rows.start.max(start + lag).min(rows.end);
+    &x[first.saturating_sub(lag)..rows.end.saturating_sub(lag)]
 }
 
 #[cfg(test)]
