@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plantune.errors import PlantuneError
+from plantune.errors import PlantuneError, fields_of
 from plantune.io.file import too_much_unpacked
 from plantune.io.table import short
 from plantune.io.worker import Array, broken
@@ -47,8 +47,7 @@ def _plain(array: Array) -> Array:
 
 
 def _refusal(error: PlantuneError) -> dict[str, Any]:
-    names = ("code", "text", "where", "count", "measured", "limit", "remedy")
-    return {"refusal": {name: getattr(error, name) for name in names}}
+    return {"refusal": {"code": error.code, "text": error.text, **fields_of(error)}}
 
 
 def _limit(memory: int, seconds: float) -> None:
