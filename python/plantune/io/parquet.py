@@ -20,6 +20,7 @@ from plantune.io.table import (
     Column,
     Places,
     Table,
+    Wanted,
     beside,
     column,
     inert,
@@ -61,27 +62,21 @@ class ParquetSheet:
     data: bytes
     N: int
 
-    def read(
-        self,
-        numbers: Sequence[int],
-        stamps: Sequence[int] = (),
-        words: Sequence[int] = (),
-        skip_ragged: bool = False,
-    ) -> Table:
-        """Return columns as numbers, as stamps (numbers, times or text), and as they stand."""
-        wanted = tuple(dict.fromkeys((*numbers, *stamps, *words)))
-        if 8 * self.N * len(wanted) > most_unpacked(len(self.data)):
-            raise too_much_unpacked(8 * self.N * len(wanted), len(self.data))
-        found = decode_in_worker("parquet", self.data, wanted)
-        arrays = {i: array.values for i, array in zip(wanted, found, strict=True)}
+    def read(self, wanted: Wanted) -> Table:
+        """Return the columns wanted."""
+        every = wanted.every
+        if 8 * self.N * len(every) > most_unpacked(len(self.data)):
+            raise too_much_unpacked(8 * self.N * len(every), len(self.data))
+        found = decode_in_worker("parquet", self.data, every)
+        arrays = {i: array.values for i, array in zip(every, found, strict=True)}
         if any(len(values) != self.N for values in arrays.values()):
             raise broken(f"the footer declares {self.N} rows, and the pages hold others")
         places = Places(np.arange(self.N))
         log = [f"read {self.N} rows of a Parquet file of {len(self.columns)} columns"]
-        log += [f"`{self.columns[i].name}` is {self.types[i]}" for i in stamps]
+        log += [f"`{self.columns[i].name}` is {self.types[i]}" for i in wanted.stamps]
         return Table(
-            beside([self._numbers(i, arrays[i], places, log) for i in numbers], self.N),
-            {i: arrays[i] for i in (*stamps, *words)},
+            beside([self._numbers(i, arrays[i], places, log) for i in wanted.numbers], self.N),
+            {i: arrays[i] for i in wanted.cells},
             places,
             tuple(log),
         )
