@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.file import format_seen, most_unpacked, too_few, too_many, too_much_unpacked
+from plantune.io.file import (
+    format_seen,
+    most_declared,
+    most_unpacked,
+    too_few,
+    too_many,
+    too_much_unpacked,
+)
 from plantune.io.numbers import Numbers
 from plantune.io.table import (
     LONGEST_CELL,
@@ -42,8 +49,8 @@ def open_parquet(data: bytes) -> ParquetSheet:
     if meta.num_rows > MOST_LINES:
         raise too_many(meta.num_rows, "rows", MOST_LINES)
     unpacked = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-    if unpacked > max(2**20, 100 * len(data)):
-        raise too_much_unpacked(unpacked, len(data))
+    if unpacked > (most := most_declared(len(data))):
+        raise too_much_unpacked(len(data), most, unpacked)
     if meta.num_rows < 2:
         raise too_few(max(0, meta.num_rows), "one row of data" if meta.num_rows > 0 else "a header")
     schema = footer.schema_arrow
@@ -64,9 +71,10 @@ class ParquetSheet:
 
     def read(self, wanted: Wanted) -> Table:
         """Return the columns wanted."""
-        every = wanted.every
-        if 8 * self.N * len(every) > most_unpacked(len(self.data)):
-            raise too_much_unpacked(8 * self.N * len(every), len(self.data))
+        every, size = wanted.every, len(self.data)
+        unpacked = 8 * self.N * len(every)
+        if unpacked > (most := most_unpacked(size)):
+            raise too_much_unpacked(size, most, unpacked)
         found = decode_in_worker("parquet", self.data, every)
         arrays = {i: array.values for i, array in zip(every, found, strict=True)}
         if any(len(values) != self.N for values in arrays.values()):
