@@ -14,9 +14,8 @@ const GAP: f64 = 1.5;
 /// The sample time of uniform stamps; refuses others (D13, D14, D15).
 pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
     check_ascending(t)?;
-    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let [p1, median, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
+    let steps = sorted_steps(t);
+    let [p1, median, p99] = quantiles(&steps);
     let mean = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
     let off = |step: f64| (step / median - 1.0).abs();
     // Stamps are rounded decimals: a step at the limit may pass it by a little.
@@ -59,15 +58,25 @@ pub struct Steps {
 
 /// What the steps between stamps look like; none where there are fewer than two stamps.
 pub fn steps(t: &[f64]) -> Option<Steps> {
-    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    let steps = sorted_steps(t);
     if steps.is_empty() {
         return None;
     }
-    steps.sort_by(f64::total_cmp);
-    let [p1, step, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
+    let [p1, step, p99] = quantiles(&steps);
     let gaps = steps.iter().filter(|&&d| d > GAP * step).count();
     let back = steps.iter().filter(|&&d| d <= 0.0).count();
     Some(Steps { step, p1, p99, gaps, back })
+}
+
+fn sorted_steps(t: &[f64]) -> Vec<f64> {
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps
+}
+
+/// Values below which 1, 50 and 99 % of all lie.
+fn quantiles(sorted: &[f64]) -> [f64; 3] {
+    [0.01, 0.5, 0.99].map(|share| quantile(sorted, share))
 }
 
 /// Stamps must ascend: D13 where they go back, D14 where they repeat.

@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::sim::{OverRecord, Start, over_record};
-use crate::stats::f_tail;
+use crate::stats::{centred, f_tail};
 
 /// What is estimated on the record at hand.
 #[derive(Clone, Debug)]
@@ -139,10 +139,6 @@ fn fit_percent(y: &[f64], e: &[f64]) -> f64 {
 fn relation(rec: &Record, verdict: &Verdict) -> f64 {
     let run = &verdict.simulated;
     let rows: Vec<usize> = (0..run.rows.len()).filter(|&k| rec.is_valid(run.rows[k], 0)).collect();
-    let centred = |x: Vec<f64>| {
-        let mean = x.iter().sum::<f64>() / x.len() as f64;
-        x.into_iter().map(|v| v - mean).collect::<Vec<f64>>()
-    };
     let y = centred(rows.iter().map(|&k| rec.y_at(run.rows[k], 0)).collect());
     let yhat = centred(rows.iter().map(|&k| run.yhat[k]).collect());
     let r = correlation(&y, &yhat, 0)[0];
