@@ -233,9 +233,6 @@ def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> F
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 
-def check_sampling(T: float, sd: float, Ts: float, limits: Limits) -> None:
-    """Refuse a `T` that is too short for `Ts` with its whole 95 % interval (M09)."""
-
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
 
@@ -261,6 +258,9 @@ def judge(
     """
 
 # --- tuning ------------------------------------------------------------------------------------
+
+def check_tunable(K: Interval, T: Interval, Ts: float | None, limits: Limits) -> None:
+    """Refuse a fit with an open sign (X12) or sampled too slowly (M09); `K`, `T` with their sd."""
 
 def imc_pi(model: Model, target: str, value: float) -> Fields:
     """`Kp Ti Td Tf tau_c`; the target is "gain_margin", "phase_margin" or "tau_c"."""

@@ -2,8 +2,6 @@
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{self, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
-use plantune_core::sim::Start;
-use plantune_core::stats::normal_quantile;
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
@@ -17,7 +15,6 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
-    m.add_function(wrap_pyfunction!(check_sampling, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -137,13 +134,6 @@ fn p1d<'py>(
 ) -> Outcome<FitOut<'py>> {
     let options = ProcessOptions { offset, L };
     run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
-}
-
-/// Refuses a time constant that is too short for `Ts` with its whole 95 % interval (M09).
-#[pyfunction]
-fn check_sampling(T: f64, sd: f64, Ts: f64, limits: LimitsIn) -> Outcome<()> {
-    batch::sampling(T, T + normal_quantile(0.95) * sd, Ts, &limits.into())?;
-    Ok(())
 }
 
 #[pyfunction]
