@@ -8,10 +8,9 @@ from typing import Any
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.estimate.fit import Fit
+from plantune.estimate.fit import Fit, flat
 from plantune.models import PID, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note
-from plantune.tune.bands import flat
 from plantune.tune.margins import Margins, margins
 from plantune.tune.tuning import Tuning
 
