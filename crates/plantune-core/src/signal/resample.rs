@@ -115,28 +115,10 @@ pub struct Resampled {
 /// (inputs), others are interpolated.
 pub fn resample(t: &[f64], x: &[f64], held: &[bool], Ts: f64) -> Result<Resampled> {
     check_ascending(t)?;
-    if !(Ts > 0.0 && Ts.is_finite()) {
-        return Err(Error::argument("resample", Ts, "a positive number of seconds"));
-    }
-    let own = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
-    if Ts > DECIMATION * own {
-        let text = format!(
-            "a step of {Ts} s keeps one of {:.1} rows without a filter: \
-             fast parts would come back as slow ones",
-            Ts / own
-        );
-        return Err(Error::new("M10", text)
-            .at(Place::column("resample"))
-            .measured(Ts / own, DECIMATION)
-            .remedy(format!(
-                "resample to the record's own step, {} s, then to {Ts} s by prep.resample, which filters",
-                rounded(own)
-            )));
-    }
-    let wanted = (t[t.len() - 1] - t[0]) / Ts;
-    if wanted > 1e8 {
-        return Err(Error::argument("resample", Ts, "long enough to give fewer than 1e8 rows"));
-    }
+    let length = t[t.len() - 1] - t[0];
+    let own = length / (t.len() - 1) as f64;
+    check_step(Ts, own, length)?;
+    let wanted = length / Ts;
     let gap = 3.0 * Ts.max(own);
     let mut out = Resampled { t: Vec::new(), x: Vec::new(), starts: Vec::new(), rows: Vec::new() };
     let row = |k: usize| &x[k * held.len()..(k + 1) * held.len()];
@@ -163,6 +145,31 @@ pub fn resample(t: &[f64], x: &[f64], held: &[bool], Ts: f64) -> Result<Resample
         out.x.extend(between.map(|((a, b), held)| if *held { *a } else { a + share * (b - a) }));
     }
     Ok(out)
+}
+
+/// Refuses a step that is none or gives too many rows (U01), and one that needs a filter (M10).
+fn check_step(Ts: f64, own: f64, length: f64) -> Result<()> {
+    if !(Ts > 0.0 && Ts.is_finite()) {
+        return Err(Error::argument("resample", Ts, "a positive number of seconds"));
+    }
+    if Ts > DECIMATION * own {
+        let text = format!(
+            "a step of {Ts} s keeps one of {:.1} rows without a filter: \
+             fast parts would come back as slow ones",
+            Ts / own
+        );
+        return Err(Error::new("M10", text)
+            .at(Place::column("resample"))
+            .measured(Ts / own, DECIMATION)
+            .remedy(format!(
+                "resample to the record's own step, {} s, then to {Ts} s by prep.resample, which filters",
+                rounded(own)
+            )));
+    }
+    if length / Ts > 1e8 {
+        return Err(Error::argument("resample", Ts, "long enough to give fewer than 1e8 rows"));
+    }
+    Ok(())
 }
 
 #[cfg(test)]
