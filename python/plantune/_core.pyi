@@ -62,7 +62,7 @@ def decimate(
     """`u y further valid starts rows`, seconds `after` each row, `left_out` segments, `marks`.
 
     `marks` holds the `count` of outputs that no longer count, what is `left` of an unknown start
-    of unit size, and `notes`; so for `prefilter`.
+    of unit size, and `notes`.
     """
 
 def has_no_level(rec: Record, limits: Limits) -> bool:
@@ -74,11 +74,15 @@ def remove_means(x: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, list[floa
 def without_levels(x: Floats, levels: Sequence[float]) -> Floats:
     """`x` (N, n) less one level per column."""
 
-def smooth(rec: Record, r: Floats | None, both: bool, limits: Limits) -> Fields:
-    """`u y r valid` smoothed over three rows, y alone unless `both`, and the ranges `rows` left."""
+def smooth(
+    rec: Record, r: Floats | None, both: bool, limits: Limits
+) -> tuple[Fields, list[tuple[int, int]]]:
+    """`u y r valid` smoothed over three rows, y alone unless `both`; the ranges of rows left."""
 
-def prefilter(rec: Record, r: Floats | None, design: Butterworth, limits: Limits) -> Fields:
-    """`u y r valid marks` behind the filter."""
+def prefilter(
+    rec: Record, r: Floats | None, design: Butterworth, limits: Limits
+) -> tuple[Fields, Fields]:
+    """`u y r valid` behind the filter, and its marks, as of `decimate`."""
 
 def stretches(
     rec: Record,
@@ -223,14 +227,11 @@ def least_squares(phi: Floats, y: Floats) -> Fields:
 def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `orders` has `na nb nc nd nf nk`."""
 
-def pem(rec: Record, orders: object, offset: bool, at_rest: bool, limits: Limits) -> Fields:
-    """Fields of `Fit` but `method source Ts`; `at_rest` before each segment."""
+def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> Fields:
+    """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
-
-def check_sampling(T: float, sd: float, Ts: float, limits: Limits) -> None:
-    """Refuse a `T` that is too short for `Ts` with its whole 95 % interval (M09)."""
 
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
@@ -257,6 +258,9 @@ def judge(
     """
 
 # --- tuning ------------------------------------------------------------------------------------
+
+def check_tunable(K: Interval, T: Interval, Ts: float | None, limits: Limits) -> None:
+    """Refuse a fit with an open sign (X12) or sampled too slowly (M09); `K`, `T` with their sd."""
 
 def imc_pi(model: Model, target: str, value: float) -> Fields:
     """`Kp Ti Td Tf tau_c`; the target is "gain_margin", "phase_margin" or "tau_c"."""

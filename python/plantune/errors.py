@@ -73,8 +73,8 @@ class PlantuneError(Exception):
         return "\n".join(line for line in lines if line and line != "do: ")
 
     def __reduce__(self) -> Any:
-        fields = ("code", "where", "count", "measured", "limit", "remedy", "result")
-        return _restore, (type(self), self.text, {name: getattr(self, name) for name in fields})
+        fields = {"code": self.code, **fields_of(self), "result": self.result}
+        return _restore, (type(self), self.text, fields)
 
 
 class UsageError(PlantuneError, ValueError):
@@ -177,9 +177,18 @@ def from_core(note: dict[str, Any], result: Any = None) -> PlantuneError:
 
 def from_note(note: Any, result: Any = None) -> PlantuneError:
     """Return the exception for a note of severity "error"."""
+    return refusal(note.code, note.text, result=result, **fields_of(note))
+
+
+def reworded(error: PlantuneError, text: str, **changed: Any) -> PlantuneError:
+    """Return the same refusal in other words, with some of its fields changed."""
+    return refusal(error.code, text, **{**fields_of(error), **changed})
+
+
+def fields_of(finding: Any) -> dict[str, Any]:
+    """Return what a refusal or a note holds beside its code and its text."""
     names = ("where", "count", "measured", "limit", "remedy")
-    evidence = {name: getattr(note, name) for name in names}
-    return refusal(note.code, note.text, result=result, **evidence)
+    return {name: getattr(finding, name) for name in names}
 
 
 def evidence(finding: Any) -> str:

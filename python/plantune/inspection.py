@@ -20,7 +20,7 @@ from plantune.io.draft import Names
 from plantune.io.numbers import Numbers
 from plantune.io.several import joined, names_of
 from plantune.io.stamps import seconds, which_count
-from plantune.io.table import Cells, Places, Sheet
+from plantune.io.table import Cells, Places, Sheet, Wanted
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, merged, note_of
 from plantune.record import Floats, Record
 
@@ -136,8 +136,7 @@ def inspect(
 
     Nothing readable is refused: a refusal of `read` is a finding, and where one has a usual way
     on (missing values, ragged rows, stamps that go back or are not uniform) the look goes on behind
-    it.  Without `u` and
-    `y` nothing is guessed about which column is which.
+    it.  Without `u` and `y` nothing is guessed about which column is which.
 
     Parameters
     ----------
@@ -248,7 +247,8 @@ def _cells(
     left, as_text, skip = list(wanted), False, False
     while True:
         try:
-            table = sheet.read((), () if as_text else left, left if as_text else (), skip)
+            stamps, words = ((), left) if as_text else (left, ())
+            table = sheet.read(Wanted((), stamps, words, skip))
             return dict(table.cells), table.places
         except DataError as error:
             name = error.where[0] if error.where else ""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 from plantune import _core
-from plantune.errors import PlantuneError, evidence, refusal
+from plantune.errors import PlantuneError, evidence, fields_of, refusal
 
 
 class Where(NamedTuple):
@@ -58,16 +58,10 @@ def notes_from_core(notes: Iterable[Mapping[str, Any]]) -> tuple[Note, ...]:
 
 def note_of(error: PlantuneError, severity: str = "error", text: str = "") -> Note:
     """Return a refusal as a note; a warning where other results stand beside it."""
-    return Note(
-        code=error.code,
-        severity=severity,
-        text=text or error.text,
-        where=Where(*error.where) if error.where else None,
-        count=error.count,
-        measured=error.measured,
-        limit=error.limit,
-        remedy=error.remedy,
-    )
+    fields = fields_of(error)
+    if error.where is not None:
+        fields["where"] = Where(*error.where)
+    return Note(code=error.code, severity=severity, text=text or error.text, **fields)
 
 
 def merged(named: Sequence[tuple[str, Sequence[Note]]]) -> tuple[Note, ...]:

@@ -4,6 +4,7 @@ import json
 import math
 
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
 import plantune as pt
@@ -14,6 +15,7 @@ TRUE_ARX = (-0.8, 0.5)
 TRUE_P1D = (2.5, -TS / math.log(0.8))  # K, T; the delay is 0
 FILES = ["model.json", "report.html", "run.json", "tuning.json"]
 
+EVERY = ("where", "count", "measured", "limit")
 FIELDS = {"type", "code", "text", "where", "count", "measured", "limit", "remedy"}
 CLASSES = {"U": "UsageError", "D": "DataError", "X": "NotIdentifiable", "M": "NotIdentifiable"}
 EXIT = {"U": 2, "D": 2, "X": 3, "M": 3, "N": 4, "R": 5, "C": 5}
@@ -22,6 +24,13 @@ EXIT = {"U": 2, "D": 2, "X": 3, "M": 3, "N": 4, "R": 5, "C": 5}
 def levels(N=1000, seed=1):
     """Return +-1, switching at random."""
     return np.random.default_rng(seed).choice([-1.0, 1.0], N)
+
+
+def with_values(x, value, rows):
+    """Return a copy with this value in some rows."""
+    x = np.array(x)
+    x[rows] = value
+    return x
 
 
 def response(u, nk=1, sd=0.02, seed=2):
@@ -74,6 +83,14 @@ def strict_json(text):
         raise AssertionError(f"{word} is no JSON")
 
     return json.loads(text, parse_constant=refuse)
+
+
+def refused(work, code, needs=EVERY, **wanted):
+    """Return the refusal that `work(**wanted)` ends in, checked."""
+    with pytest.raises(pt.PlantuneError) as caught:
+        work(**wanted)
+    check_refusal(caught.value, code, needs)
+    return caught.value
 
 
 def check_refusal(error, code, needs):

@@ -11,33 +11,21 @@ from pytest import approx
 
 import plantune as pt
 from contract.records import (
+    EVERY,
     FILES,
     TS,
     b0,
     check_cli_refusal,
-    check_refusal,
     plantune,
     record,
+    refused,
     strict_json,
+    with_values,
     write,
 )
 
-EVERY = ("where", "count", "measured", "limit")
 U, Y = b0()
 T = TS * np.arange(1000)
-
-
-def with_values(x, value, rows):
-    x = np.array(x)
-    x[rows] = value
-    return x
-
-
-def refused(make, code, needs, **wanted):
-    with pytest.raises(pt.PlantuneError) as caught:
-        make(**wanted)
-    check_refusal(caught.value, code, needs)
-    return caught.value
 
 
 # --- D07: missing values ---

@@ -8,20 +8,20 @@ from pytest import approx
 
 import plantune as pt
 from contract.records import (
+    EVERY,
     TS,
     b0,
     check_cli_refusal,
-    check_refusal,
     codes,
     levels,
     plantune,
     record,
+    refused,
     response,
     strict_json,
     write,
 )
 
-EVERY = ("where", "count", "measured", "limit")
 K = np.arange(1000)
 COLUMNS = ["--u", "u", "--y", "y"]
 ESTIMATORS = {
@@ -30,13 +30,6 @@ ESTIMATORS = {
     "delay": pt.analyze.delay,
     "job": pt.job.run,
 }
-
-
-def refused(verb, code, needs=EVERY):
-    with pytest.raises(pt.PlantuneError) as caught:
-        verb()
-    check_refusal(caught.value, code, needs)
-    return caught.value
 
 
 def noise(seed, N=1000):

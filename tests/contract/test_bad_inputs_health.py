@@ -8,34 +8,22 @@ from pytest import approx
 
 import plantune as pt
 from contract.records import (
+    EVERY,
     TS,
     b0,
     check_cli_refusal,
-    check_refusal,
     codes,
     levels,
     plantune,
     record,
+    refused,
     strict_json,
+    with_values,
     write,
 )
 
-EVERY = ("where", "count", "measured", "limit")
 COLUMNS = ["--u", "u", "--y", "y"]
 U, Y = b0()
-
-
-def with_values(x, value, rows):
-    x = np.array(x)
-    x[rows] = value
-    return x
-
-
-def refused(make, code, needs):
-    with pytest.raises(pt.PlantuneError) as caught:
-        make()
-    check_refusal(caught.value, code, needs)
-    return caught.value
 
 
 def tuned(tmp_path, u, y, *more):

@@ -1,7 +1,6 @@
 """Source 000, 2.3 and chapter 3: what smoothing does, on motors whose truth is known.
 
-Errors called `distance` are mean squared distances to the noise-free truth, on a PRBS that no fit
-has seen; the `mse` of a treatment is against fresh rows as they were measured.
+The `mse` of a treatment is against fresh rows as they were measured.
 """
 
 import importlib.util
@@ -18,22 +17,20 @@ from conftest import ROOT
 from plantune.datasets import DRIVES, PRINTER_MOTOR, printer_motor
 
 TRUTH = PRINTER_MOTOR.model()
-FRESH = printer_motor(seed=999, resolution=0.0)
 TREATMENTS = ["none", "y alone", "both", "OE"]
 
 
-def distance(fit, rec=FRESH, truth=TRUTH):
-    return np.mean((fit.model.simulate(rec.u) - truth.simulate(rec.u)) ** 2)
+def example():
+    """Load the example, which is no package."""
+    spec = importlib.util.spec_from_file_location("source_000", ROOT / "examples" / "source_000.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def gains(seeds, **plant):
     """Return how many times nearer the truth each treatment comes than none: medians."""
-    found = []
-    for seed in seeds:
-        rows = pt.validate.smoothing(printer_motor(seed=seed, **plant), 2, 2).rows
-        none, *others = (distance(row.fit) for row in rows)
-        found.append([none / other for other in others])
-    return dict(zip(TREATMENTS[1:], np.median(found, axis=0), strict=True))
+    return dict(zip(TREATMENTS[1:], example().factors(seeds, **plant)[0], strict=True))
 
 
 @pytest.mark.parametrize("kind", DRIVES)
@@ -171,19 +168,16 @@ def test_several_inputs_and_delays():
 def test_moto_shield(data):
     """A real encoder: y alone is worse than none, none has the pole of errors in variables."""
     rec = example().moto(data("moto_shield") / "aprbsResult.mat")
-    for order, errors in ((2, [872.875, 876.575, 874.721]), (3, [878.191, 892.031, 893.618])):
+    for order, errors, oe, odd in (
+        (2, [872.875, 876.575, 874.721], 873.94, -0.61),
+        (3, [878.191, 892.031, 893.618], 873.12, -0.41 + 0.42j),
+    ):
         found = pt.validate.smoothing(rec, order, order)
         assert [row.mse for row in found.rows[:3]] == approx(errors, abs=0.01)
+        assert found.rows[3].mse == approx(oe, rel=1e-3)  # where its search stops
+        assert np.abs(found.rows[0].fit.model.poles() - odd).min() < 0.01
         assert found.rows[0].codes == ("V07",) and found.rows[2].codes == ()
         assert found.best.name != "y alone" and "y alone" not in found.advice
-
-
-def example():
-    """Load the example, which is no package."""
-    spec = importlib.util.spec_from_file_location("source_000", ROOT / "examples" / "source_000.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize("order", [2, 3])
@@ -201,6 +195,21 @@ def test_the_page_shows_the_tables_of_the_example(order):
         ), kind
         # Where a search stops near a flat minimum is not a number to pin.
         assert shown[3] == approx(ours[3], rel=0.3), kind
+
+
+@pytest.mark.slow
+def test_the_page_shows_the_factors_of_the_example():
+    page = (ROOT / "docs" / "sources" / "000.md").read_text(encoding="utf-8")
+    source, advised = example(), {}
+    for name, plant in source.NOISES.items():
+        times, advised[name] = source.factors(source.SEEDS, **plant)
+        (row,) = re.findall(rf"^\| {re.escape(name)} \|(.*)\|$", page, re.M)
+        # Two digits are shown, and a search stops where the machine lets it.
+        assert [float(cell) for cell in row.split("|")] == approx(times, rel=0.06), name
+    assert not any(chosen["y alone"] for chosen in advised.values())
+    assert not any(advised[name]["none"] for name in list(source.NOISES)[:4])
+    kept = sum(advised[name]["none"] for name in source.NOISES if "equation" in name)
+    assert kept == approx(766, abs=4) and "766 of 800" in page.replace("\n", " ")
 
 
 def test_the_figures_of_the_example():

@@ -26,6 +26,15 @@ pub fn quantile(sorted: &[f64], share: f64) -> f64 {
     sorted[low] + (at - low as f64) * (sorted[high] - sorted[low])
 }
 
+/// `x` without its mean.
+pub fn centred(mut x: Vec<f64>) -> Vec<f64> {
+    let mean = x.iter().sum::<f64>() / x.len() as f64;
+    for v in &mut x {
+        *v -= mean;
+    }
+    x
+}
+
 /// The middle value, the upper one of two; 0 of none.
 pub fn median(mut x: Vec<f64>) -> f64 {
     let middle = x.len() / 2;

@@ -13,7 +13,7 @@ fn step(K: f64, T: f64, L: f64) -> Indices {
     let (pid, _) = imc_pi(&model, ImcTarget::GainMargin(3.0)).expect("settings");
     let (r, zero) = (vec![1.0; 3000], vec![0.0; 3000]);
     let settings = ClosedLoopSettings { dt: 0.01 * L, r: &r, d: &zero, noise: &zero, offset: 0.0, u0: 0.0 };
-    indices(&closed_loop(&model, &pid, &settings).expect("a sound loop"), 1.0 / K)
+    indices(&closed_loop(&model, &pid, &settings).expect("a sound loop"))
 }
 
 /// Nodes are so close that the straight line between them costs about 1e-6.

@@ -1,8 +1,8 @@
 //! Looks at a record.
 
+use plantune_core::Limits;
 use plantune_core::analyze::{self, delay_scan};
 use plantune_core::excitation::{check_input_motion, excitation_order};
-use plantune_core::{Limits, Note};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -89,9 +89,8 @@ fn spikes(
     let limits: Limits = limits.into();
     let record = rec.view(&limits)?;
     let found = py.detach(|| analyze::spikes(&record, &limits));
-    let said: Vec<Note> =
-        (0..record.ny).filter_map(|i| analyze::spikes_note(&record, i, &found, &limits)).collect();
-    Ok((found.iter().map(|s| s.row).collect(), found.iter().map(|s| s.output).collect(), notes(&said)))
+    let said = notes(&analyze::spikes_notes(&record, &found, &limits));
+    Ok((found.iter().map(|s| s.row).collect(), found.iter().map(|s| s.output).collect(), said))
 }
 
 /// Parameters of a linear model that each input supports, up to `most`.

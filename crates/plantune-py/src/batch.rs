@@ -1,22 +1,20 @@
 //! Batch estimators.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{self, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
-use plantune_core::sim::Start;
-use plantune_core::stats::normal_quantile;
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
 use crate::model::ModelOut;
-use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, matrix, notes};
+use crate::sim::start;
+use crate::values::{Array, LimitsIn, Matrix, NoteOut, RecordIn, array, matrix, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
-    m.add_function(wrap_pyfunction!(check_sampling, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -40,9 +38,6 @@ struct FitOut<'py> {
     notes: Vec<NoteOut>,
     rows: Matrix<'py, i64>,
 }
-
-/// An array `(N, width)`.
-type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
 
 fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
     let (fpe, aic, bic) = criteria(fit.loss, fit.N, fit.theta.len());
@@ -121,12 +116,12 @@ fn pem<'py>(
     rec: RecordIn<'py>,
     orders: OrdersIn,
     offset: bool,
-    at_rest: bool,
+    x0: &str,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
     let orders = Orders::from(orders);
-    let start = if at_rest { Start::Zero } else { Start::Estimate };
-    run(py, &rec, limits, |record, limits| batch::pem(record, &orders, PemOptions { offset, start }, limits))
+    let options = PemOptions { offset, start: start(x0)? };
+    run(py, &rec, limits, |record, limits| batch::pem(record, &orders, options, limits))
 }
 
 #[pyfunction]
@@ -139,13 +134,6 @@ fn p1d<'py>(
 ) -> Outcome<FitOut<'py>> {
     let options = ProcessOptions { offset, L };
     run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
-}
-
-/// Refuses a time constant that is too short for `Ts` with its whole 95 % interval (M09).
-#[pyfunction]
-fn check_sampling(T: f64, sd: f64, Ts: f64, limits: LimitsIn) -> Outcome<()> {
-    batch::sampling(T, T + normal_quantile(0.95) * sd, Ts, &limits.into())?;
-    Ok(())
 }
 
 #[pyfunction]

@@ -3,15 +3,15 @@
 use std::ops::Range;
 
 use numpy::{
-    AllowTypeChange, Complex64, PyArray1, PyArray2, PyArrayLike1, PyReadonlyArray1, PyReadonlyArray2,
+    AllowTypeChange, Complex64, PyArray1, PyArrayLike1, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
 };
 use plantune_core::signal::{self, Band, Filter, Marks, Sos};
-use plantune_core::{Error, Limits};
+use plantune_core::{Error, Limits, Record};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, matrix, notes};
+use crate::values::{Array, LimitsIn, Matrix, NoteOut, RecordIn, array, matrix, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(prbs, m)?)?;
@@ -32,9 +32,6 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// Anything that holds numbers `(N,)`.
 type Numbers<'py> = PyArrayLike1<'py, f64, AllowTypeChange>;
-
-/// An array `(N, width)`.
-type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
 
 /// The numbers of an optional array.
 fn optional<'a>(x: &'a Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<&'a [f64]>> {
@@ -192,14 +189,34 @@ fn bounds(ranges: Vec<Range<usize>>) -> Vec<(usize, usize)> {
     ranges.into_iter().map(|r| (r.start, r.end)).collect()
 }
 
+/// Fields of `plantune.Record` that a filter changes.
 #[derive(IntoPyObject)]
-struct SmoothedOut<'py> {
+struct SignalsOut<'py> {
     u: Matrix<'py>,
     y: Matrix<'py>,
     r: Option<Matrix<'py>>,
     valid: Matrix<'py, bool>,
-    rows: Vec<(usize, usize)>,
 }
+
+impl<'py> SignalsOut<'py> {
+    fn new(
+        py: Python<'py>,
+        rec: &Record,
+        (u, y): (Vec<f64>, Vec<f64>),
+        r: Option<Vec<f64>>,
+        valid: Vec<bool>,
+    ) -> PyResult<Self> {
+        Ok(SignalsOut {
+            u: matrix(py, u, rec.nu)?,
+            y: matrix(py, y, rec.ny)?,
+            r: r.map(|r| matrix(py, r, rec.ny)).transpose()?,
+            valid: matrix(py, valid, rec.ny)?,
+        })
+    }
+}
+
+/// Signals smoothed, and the ranges of rows left.
+type SmoothedOut<'py> = (SignalsOut<'py>, Vec<(usize, usize)>);
 
 #[pyfunction]
 fn smooth<'py>(
@@ -211,22 +228,7 @@ fn smooth<'py>(
 ) -> Outcome<SmoothedOut<'py>> {
     let rec = rec.view(&limits.into())?;
     let out = signal::smooth(&rec, optional(&r)?, both)?;
-    Ok(SmoothedOut {
-        u: matrix(py, out.u, rec.nu)?,
-        y: matrix(py, out.y, rec.ny)?,
-        r: out.r.map(|r| matrix(py, r, rec.ny)).transpose()?,
-        valid: matrix(py, out.valid, rec.ny)?,
-        rows: bounds(out.rows),
-    })
-}
-
-#[derive(IntoPyObject)]
-struct FilteredOut<'py> {
-    u: Matrix<'py>,
-    y: Matrix<'py>,
-    r: Option<Matrix<'py>>,
-    valid: Matrix<'py, bool>,
-    marks: MarksOut,
+    Ok((SignalsOut::new(py, &rec, (out.u, out.y), out.r, out.valid)?, bounds(out.rows)))
 }
 
 #[pyfunction]
@@ -236,18 +238,13 @@ fn prefilter<'py>(
     r: Option<PyReadonlyArray2<'py, f64>>,
     design: PyRef<'py, Butterworth>,
     limits: LimitsIn,
-) -> Outcome<FilteredOut<'py>> {
+) -> Outcome<(SignalsOut<'py>, MarksOut)> {
     let limits: Limits = limits.into();
     let rec = rec.view(&limits)?;
     let (r, sos) = (optional(&r)?, &design.sos);
     let out = py.detach(|| signal::prefilter(&rec, r, sos, &limits))?;
-    Ok(FilteredOut {
-        u: matrix(py, out.u, rec.nu)?,
-        y: matrix(py, out.y, rec.ny)?,
-        r: out.r.map(|r| matrix(py, r, rec.ny)).transpose()?,
-        marks: MarksOut::from(&out.marks),
-        valid: matrix(py, out.marks.valid, rec.ny)?,
-    })
+    let marks = MarksOut::from(&out.marks);
+    Ok((SignalsOut::new(py, &rec, (out.u, out.y), out.r, out.marks.valid)?, marks))
 }
 
 #[derive(IntoPyObject)]

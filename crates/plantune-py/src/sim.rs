@@ -88,9 +88,7 @@ fn closed_loop<'py>(
     let settings = ClosedLoopSettings { dt, r: &r, d: &d, noise: &noise, offset, u0 };
     let pid = pid.into();
     let run = py.detach(|| sim::closed_loop(&plant, &pid, &settings))?;
-    let r_final = r.last().copied().unwrap_or(0.0);
-    let u_final = (r_final - offset) / plant.K - d.last().copied().unwrap_or(0.0);
-    let i = indices(&run, u_final);
+    let i = indices(&run);
     let every = |x: &[f64]| array(py, x.iter().step_by(run.stride).copied().collect());
     Ok(ResponseOut {
         t: array(py, (0..=r.len()).map(|k| k as f64 * dt).collect()),

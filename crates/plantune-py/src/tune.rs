@@ -3,14 +3,15 @@
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use plantune_core::Error;
 use plantune_core::model::Pid;
-use plantune_core::tune::{self, Bands, ImcTarget, Terms};
+use plantune_core::tune::{self, Bands, Estimate, ImcTarget, Terms};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
 use crate::model::{ModelIn, PidIn, plant};
-use crate::values::{Array, array};
+use crate::values::{Array, LimitsIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(check_tunable, m)?)?;
     m.add_function(wrap_pyfunction!(imc_pi, m)?)?;
     m.add_function(wrap_pyfunction!(simc, m)?)?;
     m.add_function(wrap_pyfunction!(ziegler_nichols, m)?)?;
@@ -21,6 +22,13 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(phase_deg, m)?)?;
     m.add_function(wrap_pyfunction!(step_band, m)?)?;
     m.add_function(wrap_pyfunction!(bode_band, m)?)
+}
+
+/// Refuses a fit that must not be tuned on (X12, M09); gain and time constant come with their deviations.
+#[pyfunction]
+fn check_tunable(K: (f64, f64), T: (f64, f64), Ts: Option<f64>, limits: LimitsIn) -> Outcome<()> {
+    let estimate = |(value, sd)| Estimate { value, sd };
+    Ok(tune::check_tunable(estimate(K), estimate(T), Ts, &limits.into())?)
 }
 
 /// Settings of the standard form, and the closed-loop time constant aimed at; NaN for none.

@@ -125,7 +125,6 @@ impl From<ScoresIn> for Scores {
 
 /// Factor for the standard deviations of the process model, and notes; `rival` is name, verdict and `nk`.
 #[pyfunction]
-#[pyo3(signature = (process, delay, rival, limits))]
 fn judge(
     process: ScoresIn,
     delay: (f64, f64, f64),

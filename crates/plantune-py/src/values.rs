@@ -148,12 +148,11 @@ pub fn array<'py>(py: Python<'py>, x: Vec<f64>) -> Array<'py> {
     PyArray1::from_vec(py, x)
 }
 
+/// An array `(N, width)`.
+pub type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
+
 /// Row-major numbers as an array `(N, width)`.
-pub fn matrix<T: numpy::Element>(
-    py: Python<'_>,
-    x: Vec<T>,
-    width: usize,
-) -> PyResult<Bound<'_, PyArray2<T>>> {
+pub fn matrix<T: numpy::Element>(py: Python<'_>, x: Vec<T>, width: usize) -> PyResult<Matrix<'_, T>> {
     let rows = x.len() / width.max(1);
     PyArray1::from_vec(py, x).reshape([rows, width])
 }

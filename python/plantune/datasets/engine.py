@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from plantune import _core
+from plantune.datasets.arguments import check_arguments
 from plantune.errors import refusal
 from plantune.models import PID, ProcessModel
 from plantune.record import Record
@@ -85,7 +86,7 @@ def engine_loop(
     >>> ENGINE_LOOP.K, ENGINE_LOOP.offset
     (-5.939, 583.451)
     """
-    _check(noise_var, seed, t_end)
+    check_arguments({"noise_var": noise_var, "seed": seed}, t_end, 2 * _TS, 1e5)
     N, rows_held = round(t_end / _TS), _whole_rows(hold)
     r = _SET_POINT + _AMPLITUDE * _core.prbs(N, rows_held, _PRBS_BITS, seed)
     noise = np.random.default_rng(seed).normal(0.0, noise_var**0.5, N)
@@ -108,16 +109,6 @@ def engine_loop(
         y_names=("output",),
         log=(f"simulated engine loop: L {L:g} s, noise variance {noise_var:g}, seed {seed}",),
     )
-
-
-def _check(noise_var: float, seed: int, t_end: float) -> None:
-    for name, value, fine, needed in (
-        ("noise_var", noise_var, noise_var >= 0, "zero or positive"),
-        ("seed", seed, seed >= 0, "zero or positive"),
-        ("t_end", t_end, _TS * 2 <= t_end <= 1e5, f"from {_TS * 2} to 1e5 seconds"),
-    ):
-        if not fine:
-            raise refusal("U01", f"`{name}` is {value}, must be {needed}", remedy="change it")
 
 
 def _whole_rows(hold: float) -> int:

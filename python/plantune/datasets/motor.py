@@ -12,6 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from plantune import _core
+from plantune.datasets.arguments import check_arguments
 from plantune.errors import refusal
 from plantune.models import PolyModel
 from plantune.models.convert import from_core
@@ -110,8 +111,16 @@ def printer_motor(
     >>> print(rec.u.max(), rec.y.max().round(1))
     12.0 21.6
     """
-    _check(kind, noise_var, equation_var, resolution, seed, t_end)
+    if kind not in DRIVES:
+        raise refusal("U01", f"`kind` is {kind!r}", remedy="choose one of " + ", ".join(DRIVES))
     Ts = PRINTER_MOTOR.Ts
+    at_least_zero = {
+        "noise_var": noise_var,
+        "equation_var": equation_var,
+        "resolution": resolution,
+        "seed": seed,
+    }
+    check_arguments(at_least_zero, t_end, 8 * Ts, 1e4)
     N = round(t_end / Ts)
     rng = np.random.default_rng(seed)
     motor = PRINTER_MOTOR.model(order)
@@ -141,25 +150,3 @@ def _drive(kind: str, N: int, seed: int) -> Floats:
         up, down = min(_PERIOD // 2, N // 4), N // 2 + min(_PERIOD // 2, N // 4)
         return np.repeat([0.0, 1.0, 0.0], [up, down - up, N - down])
     return _core.drive(kind, N, _PERIOD)
-
-
-def _check(
-    kind: str,
-    noise_var: float,
-    equation_var: float,
-    resolution: float,
-    seed: int,
-    t_end: float,
-) -> None:
-    if kind not in DRIVES:
-        raise refusal("U01", f"`kind` is {kind!r}", remedy="choose one of " + ", ".join(DRIVES))
-    least = PRINTER_MOTOR.Ts * 8
-    for name, value, fine, needed in (
-        ("noise_var", noise_var, noise_var >= 0, "zero or positive"),
-        ("equation_var", equation_var, equation_var >= 0, "zero or positive"),
-        ("resolution", resolution, resolution >= 0, "zero or positive"),
-        ("seed", seed, seed >= 0, "zero or positive"),
-        ("t_end", t_end, least <= t_end <= 1e4, f"from {least} to 1e4 seconds"),
-    ):
-        if not fine:
-            raise refusal("U01", f"`{name}` is {value}, must be {needed}", remedy="change it")

@@ -134,6 +134,11 @@ class Fit:
         return float(np.sqrt(self.P[n, n])) if len(self.P) > n else float("nan")
 
 
+def flat(fit: Fit) -> Floats:
+    """Return the covariance as the core reads it."""
+    return np.ascontiguousarray(fit.P).reshape(-1)
+
+
 def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits: Limits) -> Fit:
     """Return the fit that the core sends as a dict."""
     return Fit(

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal
 
 from plantune import _core
-from plantune.errors import refusal
 from plantune.estimate.fit import Fit, fit_from_core
 from plantune.estimate.orders import Orders, PerInput, orders
 from plantune.notes import DEFAULT_LIMITS, Limits
@@ -64,9 +63,7 @@ def oe(
     >>> fit.theta.round(4), fit.offset.round(3), fit.status
     (array([-0.7455, -0.8745]), array([583.451]), 'converged')
     """
-    limits = limits or rec.limits or DEFAULT_LIMITS
-    wanted = orders(rec.nu, nb=nb, nf=nf, nk=nk)
-    return _pem(rec, "OE", wanted, offset, x0, limits)
+    return _pem(rec, "OE", orders(rec.nu, nb=nb, nf=nf, nk=nk), offset, x0, limits)
 
 
 def armax(
@@ -122,13 +119,11 @@ def armax(
     >>> bool(abs(fit.model.dc_gain() + 5.939) < 0.05)
     True
     """
+    return _pem(rec, "ARMAX", orders(rec.nu, na=na, nb=nb, nc=nc, nk=nk), offset, x0, limits)
+
+
+def _pem(
+    rec: Record, method: str, wanted: Orders, offset: bool, x0: Start, limits: Limits | None
+) -> Fit:
     limits = limits or rec.limits or DEFAULT_LIMITS
-    wanted = orders(rec.nu, na=na, nb=nb, nc=nc, nk=nk)
-    return _pem(rec, "ARMAX", wanted, offset, x0, limits)
-
-
-def _pem(rec: Record, method: str, wanted: Orders, offset: bool, x0: str, limits: Limits) -> Fit:
-    if x0 not in ("estimate", "zero"):
-        raise refusal("U01", f"`x0` is {x0!r}, must be 'estimate' or 'zero'", remedy="leave it out")
-    fit = _core.pem(rec, wanted, offset, x0 == "zero", limits)
-    return fit_from_core(fit, method, rec, limits)
+    return fit_from_core(_core.pem(rec, wanted, offset, x0, limits), method, rec, limits)

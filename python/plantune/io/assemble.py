@@ -15,7 +15,7 @@ from plantune.io.missing import cut, marked, refuse_missing, without_sentinels
 from plantune.io.order import in_order, on_grid, with_step, without_repeats
 from plantune.io.quality import graded
 from plantune.io.stamps import seconds, which_count
-from plantune.io.table import Column, Sheet, Table
+from plantune.io.table import Column, Sheet, Table, Wanted
 from plantune.notes import Limits
 from plantune.record import Record
 
@@ -24,7 +24,7 @@ def record_from(sheet: Sheet, choice: Choice) -> Record:
     """Return the record that the caller asked for."""
     chosen = choose(sheet.columns, choice)
     words = tuple(dict.fromkeys(chosen.quality.values()))
-    table = sheet.read(chosen.numbers, chosen.time, words, choice.ragged == "skip")
+    table = sheet.read(Wanted(chosen.numbers, chosen.time, words, choice.ragged == "skip"))
     draft = _timed(_draft(sheet.columns, chosen, table, choice), sheet.columns, chosen, table)
     draft = _counting(draft, sheet.columns, chosen, table, choice)
     if choice.missing == "error":

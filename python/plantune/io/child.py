@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from plantune.errors import PlantuneError
-from plantune.io.file import too_much_unpacked
+from plantune.errors import PlantuneError, fields_of
+from plantune.io.file import most_unpacked, too_much_unpacked
 from plantune.io.table import short
 from plantune.io.worker import Array, broken
 
@@ -32,7 +32,7 @@ def serve() -> None:
     except PlantuneError as error:
         head = _refusal(error)
     except MemoryError:
-        head = _refusal(too_much_unpacked(None, len(data)))
+        head = _refusal(too_much_unpacked(len(data), most_unpacked(len(data))))
     except Exception as error:  # whatever the library makes of such a file
         text = str(error).partition("\n")[0]
         head = _refusal(broken(f"{type(error).__name__} {short(text, 100)}"))
@@ -47,8 +47,7 @@ def _plain(array: Array) -> Array:
 
 
 def _refusal(error: PlantuneError) -> dict[str, Any]:
-    names = ("code", "text", "where", "count", "measured", "limit", "remedy")
-    return {"refusal": {name: getattr(error, name) for name in names}}
+    return {"refusal": {"code": error.code, "text": error.text, **fields_of(error)}}
 
 
 def _limit(memory: int, seconds: float) -> None:

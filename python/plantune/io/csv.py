@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
 from typing import Final
@@ -23,6 +23,7 @@ from plantune.io.table import (
     Column,
     Places,
     Table,
+    Wanted,
     beside,
     column,
 )
@@ -69,29 +70,20 @@ class CsvSheet:
     header: bool
     encoding: str
 
-    def read(
-        self,
-        numbers: Sequence[int],
-        stamps: Sequence[int] = (),
-        words: Sequence[int] = (),
-        skip_ragged: bool = False,
-    ) -> Table:
-        """Return columns as numbers, as stamps (numbers or text), and as text."""
-        at_once = self._at_once(numbers, stamps, words)
-        return at_once or self._row_by_row(numbers, stamps, words, skip_ragged)
+    def read(self, wanted: Wanted) -> Table:
+        """Return the columns wanted; words are text."""
+        return self._at_once(wanted) or self._row_by_row(wanted)
 
-    def _at_once(
-        self, numbers: Sequence[int], stamps: Sequence[int] = (), words: Sequence[int] = ()
-    ) -> Table | None:
+    def _at_once(self, wanted: Wanted) -> Table | None:
         """Read a file without any blemish, ten times faster; None where there is one."""
         data, delimiter = self.text.data, self.text.delimiter
         lines = count_lines(data)
         unclosed = data.count(b'"') % 2
         if unclosed or lines * len(self.columns) > len(data) + 1:
             return None  # fewer bytes than cells is ragged, and takes much memory to find out
-        as_text = self._as_text(stamps, words)
+        as_text = self._as_text(wanted)
         kinds = dict.fromkeys(range(len(self.columns)), "U1")
-        kinds.update(dict.fromkeys((*numbers, *stamps), "f8"))
+        kinds.update(dict.fromkeys((*wanted.numbers, *wanted.stamps), "f8"))
         kinds.update(dict.fromkeys(as_text, f"S{LONGEST_CELL}"))
         try:
             with catch_warnings():
@@ -110,35 +102,31 @@ class CsvSheet:
             return None
         if lines != len(cells) + self.header or len(cells) < 2:
             return None
-        taken = {i: np.ascontiguousarray(cells[str(i)]) for i in (*stamps, *words)}
+        taken = {i: np.ascontiguousarray(cells[str(i)]) for i in wanted.cells}
         if any(taken[i].view(np.uint8).max() > 127 for i in as_text):
             return None  # loadtxt gives Latin-1
         rows = np.arange(len(cells))
         return Table(
-            beside([cells[str(i)] for i in numbers], len(cells)),
+            beside([cells[str(i)] for i in wanted.numbers], len(cells)),
             taken,
             Places(rows, rows + 1 + self.header),
             self._log(len(cells)),
         )
 
-    def _as_text(self, stamps: Sequence[int], words: Sequence[int]) -> set[int]:
+    def _as_text(self, wanted: Wanted) -> set[int]:
         """Return the columns to read as text: words, and stamps that do not begin as numbers."""
         filled = (cells for _, cells in self.text.rows() if not is_blank(cells))
-        first = next(islice(filled, int(self.header), None), []) if stamps else []
-        return {*words, *(i for i in stamps if i < len(first) and not writes_number(first[i]))}
+        first = next(islice(filled, int(self.header), None), []) if wanted.stamps else []
+        known = [i for i in wanted.stamps if i < len(first)]
+        return {*wanted.words, *(i for i in known if not writes_number(first[i]))}
 
-    def _row_by_row(
-        self,
-        numbers: Sequence[int],
-        stamps: Sequence[int] = (),
-        words: Sequence[int] = (),
-        skip_ragged: bool = False,
-    ) -> Table:
+    def _row_by_row(self, wanted: Wanted) -> Table:
         """Read any file; refuse what is wrong with its place and count."""
-        as_text = self._as_text(stamps, words)
-        values = {i: self._numbers(i) for i in {*numbers, *stamps} - (as_text - {*numbers})}
+        numbers, as_text = wanted.numbers, self._as_text(wanted)
+        as_numbers = {*numbers, *wanted.stamps} - (as_text - {*numbers})
+        values = {i: self._numbers(i) for i in as_numbers}
         texts: dict[int, list[NDArray[np.bytes_]]] = {i: [] for i in as_text}
-        body = _Body(self.text, len(self.columns), self.header, skip_ragged)
+        body = _Body(self.text, len(self.columns), self.header, wanted.skip_ragged)
         for rows in body.stretches():
             for i, value in values.items():
                 value.take([row[i] for row in rows])
@@ -154,7 +142,7 @@ class CsvSheet:
             beside([values[i].column(places) for i in numbers], len(places)),
             {
                 i: np.concatenate(texts[i]) if i in texts else values[i].column(places)
-                for i in (*stamps, *words)
+                for i in wanted.cells
             },
             places,
             self._log(body.N) + body.log() + commas,

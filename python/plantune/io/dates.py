@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +65,7 @@ def seconds_of_text(
     column = _Column(tuple(columns), title, places)
     clock = _read(column)
     said = _settle_date(column, clock)
-    _refuse_outside(column, clock)
+    refuse_outside(clock.fields["year"], column.title, places, lambda k: short(column.shown(k)))
     said += _settle_half(column, clock)
     ns = _nanoseconds(clock)
     _refuse_lost_half(column, clock, ns)
@@ -267,20 +267,6 @@ def _settle_date(column: _Column, clock: _Clock) -> tuple[str, ...]:
 _LONG: Final = {"month by name": "day first, the month by name", "day first": "day first"}
 
 
-def _refuse_outside(column: _Column, clock: _Clock) -> None:
-    year = clock.fields["year"]
-    outside = np.flatnonzero((year < 1990) | (year > 2100))
-    if len(outside):
-        measured = float(year[outside[0]])
-        raise column.refusal(
-            "holds {n} stamps outside 1990 to 2100, first {first}",
-            outside,
-            "set the clock of the logger, or give Ts= and leave the stamps out",
-            measured=measured,
-            limit=2100.0 if measured > 2100 else 1990.0,
-        )
-
-
 def _settle_half(column: _Column, clock: _Clock) -> tuple[str, ...]:
     """Bring hours with AM and PM to 24."""
     without = np.flatnonzero(clock.fields["half"] == 0)
@@ -329,6 +315,26 @@ def _mixed_zones(column: _Column, clock: _Clock) -> PlantuneError:
         "write all stamps in one zone, best UTC",
         measured=float(len(clock.zones)),
         limit=1.0,
+    )
+
+
+def refuse_outside(
+    years: NDArray[Any], title: str, places: Places, shown: Callable[[int], str]
+) -> None:
+    """Refuse stamps outside 1990 to 2100 (D16)."""
+    outside = np.flatnonzero((years < 1990) | (years > 2100))
+    if not len(outside):
+        return
+    k = int(outside[0])
+    raise refusal(
+        "D16",
+        f"`{title}` holds {len(outside)} stamps outside 1990 to 2100, "
+        f"first {shown(k)} in {places.said(k)}",
+        where=(title, places.row(k), None),
+        count=len(outside),
+        measured=float(years[k]),
+        limit=2100.0 if years[k] > 2100 else 1990.0,
+        remedy="set the clock of the logger, or give Ts= and leave the stamps out",
     )
 
 

@@ -32,7 +32,7 @@ def contents(path: str | PathLike[str], largest: int = LARGEST_FILE) -> bytes:
     try:
         size = file.stat().st_size
         if size > largest:
-            raise _too_large(size, largest)
+            raise too_many(size, "bytes", largest)
         return file.read_bytes()
     except OSError as error:
         raise refusal(
@@ -64,17 +64,6 @@ def refuse_binary(data: bytes) -> None:
         )
 
 
-def _too_large(size: int, largest: int) -> PlantuneError:
-    return refusal(
-        "D01",
-        f"the file has {size} bytes",
-        count=size,
-        measured=float(size),
-        limit=float(largest),
-        remedy="cut it into parts, or keep only the columns needed",
-    )
-
-
 def too_few(rows: int, what: str) -> PlantuneError:
     """Return the refusal of fewer than two rows (D04)."""
     return refusal(
@@ -88,14 +77,19 @@ def too_few(rows: int, what: str) -> PlantuneError:
 
 
 def too_many(count: int, what: str, limit: int) -> PlantuneError:
-    """Return the refusal of more than can be taken (D01)."""
+    """Return the refusal of more bytes, lines or columns than can be taken (D01)."""
+    return too_large(f"{count} {what}", count, count, limit)
+
+
+def too_large(what: str, count: int, measured: float, limit: float) -> PlantuneError:
+    """Return the refusal of a file that has more than can be taken (D01)."""
     return refusal(
         "D01",
-        f"the file has {count} {what}",
+        f"the file has {what}",
         count=count,
-        measured=float(count),
+        measured=float(measured),
         limit=float(limit),
-        remedy="cut it into parts, or keep only what is needed",
+        remedy="cut it into parts, or keep only the columns needed",
     )
 
 
@@ -104,23 +98,24 @@ def memory_for(size: int) -> int:
     return 10 * size + 200 * 2**20
 
 
-def most_unpacked(size: int) -> int:
-    """Return the bytes that a file of `size` bytes may hold unpacked (D01).
+def most_declared(size: int) -> int:
+    """Return the bytes that a file of `size` bytes may say it holds unpacked (D01).
 
-    A hundred times its own, and no more than fits `memory_for` with the copies a record takes; a
-    constant column packs better than that, so a megabyte is always allowed.
+    A hundred times its own; a constant column packs better than that, so a megabyte is always
+    allowed.
     """
-    return max(2**20, min(100 * size, 2 * size + 32 * 2**20))
+    return max(2**20, 100 * size)
 
 
-def too_much_unpacked(unpacked: int | None, size: int) -> PlantuneError:
-    """Return the refusal of a file that holds more than `most_unpacked` (D01)."""
-    seen = "" if unpacked is None else f"{unpacked} "
-    return refusal(
-        "D01",
-        f"the file has {size} bytes and unpacks to {seen or 'too many '}bytes",
-        count=size,
-        measured=float(most_unpacked(size) if unpacked is None else unpacked),
-        limit=float(most_unpacked(size)),
-        remedy="cut it into parts, or keep only the columns needed",
-    )
+def most_unpacked(size: int) -> int:
+    """Return the bytes of a file of `size` bytes that may be unpacked (D01).
+
+    No more than fits `memory_for` with the copies a record takes.
+    """
+    return min(most_declared(size), 2 * size + 32 * 2**20)
+
+
+def too_much_unpacked(size: int, most: int, unpacked: int | None = None) -> PlantuneError:
+    """Return the refusal of a file that holds more than `most` bytes (D01)."""
+    seen = "too many" if unpacked is None else unpacked
+    return too_large(f"{size} bytes and unpacks to {seen} bytes", size, unpacked or most, most)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from plantune.errors import refusal
 from plantune.io.file import too_few, too_many
 from plantune.io.mat_tags import check_tags
-from plantune.io.table import MOST_COLUMNS, Column, Places, Table, beside, inert
+from plantune.io.table import MOST_COLUMNS, Column, Places, Table, Wanted, beside, inert
 from plantune.io.worker import Array, need
 from plantune.io.worker import decode as decode_in_worker
 
@@ -48,20 +48,13 @@ class MatSheet:
     columns: tuple[Column, ...]
     arrays: tuple[Array, ...]
 
-    def read(
-        self,
-        numbers: Sequence[int],
-        stamps: Sequence[int] = (),
-        words: Sequence[int] = (),
-        skip_ragged: bool = False,
-    ) -> Table:
-        """Return columns as numbers; stamps and words are numbers too."""
-        wanted = (*numbers, *stamps, *words)
-        N = len(self.arrays[wanted[0]].values)
-        said = dict.fromkeys(self.arrays[i].said for i in wanted)
+    def read(self, wanted: Wanted) -> Table:
+        """Return the columns wanted; stamps and words are numbers too."""
+        N = len(self.arrays[wanted.every[0]].values)
+        said = dict.fromkeys(self.arrays[i].said for i in wanted.every)
         return Table(
-            beside([self._numbers(i) for i in numbers], N),
-            {i: self._numbers(i) for i in (*stamps, *words)},
+            beside([self._numbers(i) for i in wanted.numbers], N),
+            {i: self._numbers(i) for i in wanted.cells},
             Places(np.arange(N)),
             (f"read {N} rows of a MAT file", *filter(None, said)),
         )

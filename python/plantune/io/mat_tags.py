@@ -30,8 +30,8 @@ def check_tags(data: bytes) -> None:
         unpacked = _walk_4(data, order)
     else:
         raise _other(format_seen(data) or "no MATLAB file", "save it with -v7 in MATLAB, or as CSV")
-    if unpacked > most_unpacked(len(data)):
-        raise too_much_unpacked(unpacked, len(data))
+    if unpacked > (most := most_unpacked(len(data))):
+        raise too_much_unpacked(len(data), most, unpacked)
 
 
 def _walk_5(data: bytes, order: str) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune import _core
-from plantune.errors import DataError, PlantuneError, refusal
+from plantune.errors import DataError, PlantuneError, refusal, reworded
 from plantune.io.draft import Choice, Draft
 from plantune.io.file import too_few
 from plantune.io.table import MOST_LINES
@@ -217,14 +217,10 @@ def _in_file(error: DataError, draft: Draft, start: int) -> PlantuneError:
     """Return the core's refusal of the stamps with their place in the file."""
     _, row, _ = error.where or ("", 0, None)
     k = start + (row or 0)
-    return refusal(
-        error.code,
+    sort = 'sort=True sorts the rows by time, sort="segments" cuts where the clock was set'
+    return reworded(
+        error,
         f"{error.text}; first in {draft.places.said(k)}",
         where=draft.where(k, draft.time_name),
-        count=error.count,
-        measured=error.measured,
-        limit=error.limit,
-        remedy='sort=True sorts the rows by time, sort="segments" cuts where the clock was set'
-        if error.code == "D13"
-        else error.remedy,
+        remedy=sort if error.code == "D13" else error.remedy,
     )

@@ -10,7 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.file import format_seen, most_unpacked, too_few, too_many, too_much_unpacked
+from plantune.io.file import (
+    format_seen,
+    most_declared,
+    most_unpacked,
+    too_few,
+    too_many,
+    too_much_unpacked,
+)
 from plantune.io.numbers import Numbers
 from plantune.io.table import (
     LONGEST_CELL,
@@ -20,6 +27,7 @@ from plantune.io.table import (
     Column,
     Places,
     Table,
+    Wanted,
     beside,
     column,
     inert,
@@ -41,8 +49,8 @@ def open_parquet(data: bytes) -> ParquetSheet:
     if meta.num_rows > MOST_LINES:
         raise too_many(meta.num_rows, "rows", MOST_LINES)
     unpacked = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
-    if unpacked > max(2**20, 100 * len(data)):
-        raise too_much_unpacked(unpacked, len(data))
+    if unpacked > (most := most_declared(len(data))):
+        raise too_much_unpacked(len(data), most, unpacked)
     if meta.num_rows < 2:
         raise too_few(max(0, meta.num_rows), "one row of data" if meta.num_rows > 0 else "a header")
     schema = footer.schema_arrow
@@ -61,27 +69,22 @@ class ParquetSheet:
     data: bytes
     N: int
 
-    def read(
-        self,
-        numbers: Sequence[int],
-        stamps: Sequence[int] = (),
-        words: Sequence[int] = (),
-        skip_ragged: bool = False,
-    ) -> Table:
-        """Return columns as numbers, as stamps (numbers, times or text), and as they stand."""
-        wanted = tuple(dict.fromkeys((*numbers, *stamps, *words)))
-        if 8 * self.N * len(wanted) > most_unpacked(len(self.data)):
-            raise too_much_unpacked(8 * self.N * len(wanted), len(self.data))
-        found = decode_in_worker("parquet", self.data, wanted)
-        arrays = {i: array.values for i, array in zip(wanted, found, strict=True)}
+    def read(self, wanted: Wanted) -> Table:
+        """Return the columns wanted."""
+        every, size = wanted.every, len(self.data)
+        unpacked = 8 * self.N * len(every)
+        if unpacked > (most := most_unpacked(size)):
+            raise too_much_unpacked(size, most, unpacked)
+        found = decode_in_worker("parquet", self.data, every)
+        arrays = {i: array.values for i, array in zip(every, found, strict=True)}
         if any(len(values) != self.N for values in arrays.values()):
             raise broken(f"the footer declares {self.N} rows, and the pages hold others")
         places = Places(np.arange(self.N))
         log = [f"read {self.N} rows of a Parquet file of {len(self.columns)} columns"]
-        log += [f"`{self.columns[i].name}` is {self.types[i]}" for i in stamps]
+        log += [f"`{self.columns[i].name}` is {self.types[i]}" for i in wanted.stamps]
         return Table(
-            beside([self._numbers(i, arrays[i], places, log) for i in numbers], self.N),
-            {i: arrays[i] for i in (*stamps, *words)},
+            beside([self._numbers(i, arrays[i], places, log) for i in wanted.numbers], self.N),
+            {i: arrays[i] for i in wanted.cells},
             places,
             tuple(log),
         )

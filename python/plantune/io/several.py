@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from plantune.errors import PlantuneError, refusal
+from plantune.errors import PlantuneError, refusal, reworded
 from plantune.record import Record
 
 _SAME_STEP: Final = 1e-4
@@ -50,15 +50,7 @@ def names_of(paths: Sequence[str | PathLike[str]]) -> list[str]:
 
 def named(error: PlantuneError, file: str) -> PlantuneError:
     """Return a refusal that says in which of several files it was."""
-    return refusal(
-        error.code,
-        f"{file}: {error.text}",
-        where=error.where,
-        count=error.count,
-        measured=error.measured,
-        limit=error.limit,
-        remedy=error.remedy,
-    )
+    return reworded(error, f"{file}: {error.text}")
 
 
 def _refuse_difference(first: Record, first_file: str, rec: Record, file: str) -> None:

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.dates import is_clock_only, is_date_only, missing, seconds_of_text
+from plantune.io.dates import (
+    is_clock_only,
+    is_date_only,
+    missing,
+    refuse_outside,
+    seconds_of_text,
+)
 from plantune.io.table import Cells, Places, short
 from plantune.record import Floats
 
@@ -84,19 +90,7 @@ def seconds(columns: Sequence[Cells], title: str, places: Places) -> tuple[Float
 
 def _from_times(stamps: NDArray[np.datetime64], title: str, places: Places) -> tuple[Floats, Said]:
     years = stamps.astype("M8[Y]").astype(np.int64) + 1970
-    outside = np.flatnonzero((years < 1990) | (years > 2100))
-    if len(outside):
-        k = int(outside[0])
-        raise refusal(
-            "D16",
-            f"`{title}` holds {len(outside)} stamps outside 1990 to 2100, "
-            f"first {stamps[k]} in {places.said(k)}",
-            where=(title, places.row(k), None),
-            count=len(outside),
-            measured=float(years[k]),
-            limit=2100.0 if years[k] > 2100 else 1990.0,
-            remedy="set the clock of the logger, or give Ts= and leave the stamps out",
-        )
+    refuse_outside(years, title, places, lambda k: str(stamps[k]))
     ns = stamps.astype("M8[ns]").view(np.int64)
     return (ns - ns.min()) / 1e9, (f"time 0 is {stamps.min()}",)
 

@@ -71,6 +71,26 @@ class Table:
     log: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Columns by number: to read as numbers, as stamps (numbers, times or text), as they stand."""
+
+    numbers: Sequence[int] = ()
+    stamps: Sequence[int] = ()
+    words: Sequence[int] = ()
+    skip_ragged: bool = False
+
+    @property
+    def cells(self) -> tuple[int, ...]:
+        """Columns that may stay text."""
+        return (*self.stamps, *self.words)
+
+    @property
+    def every(self) -> tuple[int, ...]:
+        """All columns, each once."""
+        return tuple(dict.fromkeys((*self.numbers, *self.cells)))
+
+
 class Sheet(Protocol):
     """A file whose header has been read."""
 
@@ -78,14 +98,8 @@ class Sheet(Protocol):
     def columns(self) -> tuple[Column, ...]:
         """All columns, in the order of the file."""
 
-    def read(
-        self,
-        numbers: Sequence[int],
-        stamps: Sequence[int] = (),
-        words: Sequence[int] = (),
-        skip_ragged: bool = False,
-    ) -> Table:
-        """Return columns as numbers, as stamps (numbers, times or text), and as they stand."""
+    def read(self, wanted: Wanted) -> Table:
+        """Return the columns wanted."""
 
 
 def beside(columns: Sequence[Floats], N: int) -> Floats:

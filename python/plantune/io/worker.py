@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.errors import PlantuneError, refusal
-from plantune.io.file import memory_for
+from plantune.io.file import memory_for, too_large
 
 SECONDS: Final = 8.0
 """Processor time of a worker, and with a second more what we wait for it."""
@@ -103,11 +103,5 @@ def _arrays(head: dict[str, Any], body: bytes) -> list[Array]:
 
 
 def _too_slow(size: int) -> PlantuneError:
-    return refusal(
-        "D01",
-        f"the file has {size} bytes and takes more than {SECONDS:g} s to unpack",
-        count=size,
-        measured=SECONDS,
-        limit=SECONDS,
-        remedy="cut it into parts, or keep only the columns needed",
-    )
+    what = f"{size} bytes and takes more than {SECONDS:g} s to unpack"
+    return too_large(what, size, SECONDS, SECONDS)

@@ -9,14 +9,13 @@ import plotly.graph_objects as go
 
 from plantune.plot.record import BUCKETS, thinned
 from plantune.plot.style import (
-    DASHES,
     MEASURED,
-    SEQUENCE,
     Names,
     axis,
     figure,
     inert,
     line,
+    look,
     record_name,
 )
 from plantune.record import Floats, Record
@@ -58,7 +57,7 @@ def compare(*verdicts: Verdict, of: Record | None = None) -> go.Figure:
     line(fig, *_broken(widest, widest.y), "measured", MEASURED, width=2.4)
     for k, verdict in enumerate(verdicts):
         label = f"{inert(verdict.name)}, simulation {verdict.fit:.1f} %"
-        color, dash = SEQUENCE[k % len(SEQUENCE)], DASHES[k // len(SEQUENCE) % len(DASHES)]
+        color, dash = look(k)
         line(fig, *_broken(verdict, verdict.yhat), label, color, width=1.6, dash=dash)
     fig.update_xaxes(title_text=axis("time", names.time_unit))
     fig.update_yaxes(title_text=axis(names.y, names.y_unit))

@@ -8,13 +8,12 @@ import plotly.graph_objects as go
 
 from plantune.plot.style import (
     AXIS,
-    DASHES,
-    SEQUENCE,
     SET_POINT,
     Names,
     axis,
     figure,
     line,
+    look,
     record_name,
     rule_name,
 )
@@ -56,8 +55,8 @@ def rules(comparison: Comparison, of: Record | None = None) -> go.Figure:
     line(fig, r.t, r.r, "set point", SET_POINT, dash="dash", width=1.4, held=True)
     for k, row in enumerate(rows):
         label = rule_name(row.tuning.rule)
-        color = SEQUENCE[k % len(SEQUENCE)]
-        style = {"dash": DASHES[k // len(SEQUENCE) % len(DASHES)], "legendgroup": label}
+        color, dash = look(k)
+        style = {"dash": dash, "legendgroup": label}
         if not row.tuning.margins.stable:
             line(fig, [None], [None], f"{label}: unstable", color, 1, **style)
             continue

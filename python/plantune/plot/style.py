@@ -115,6 +115,18 @@ def figure(
     return fig
 
 
+def look(k: int) -> tuple[str, str]:
+    """Return colour and dash of curve `k`.
+
+    Examples
+    --------
+    >>> look(0), look(4)
+    (('#1767b0', 'solid'), ('#1767b0', 'dash'))
+    """
+    around, within = divmod(k, len(SEQUENCE))
+    return SEQUENCE[within], DASHES[around % len(DASHES)]
+
+
 def line(fig: go.Figure, x: Any, y: Any, name: str, color: str, row: int = 1, **more: Any) -> None:
     """Draw a line in a panel; `held=True` as the stairs of a zero-order hold."""
     style = {"color": color, "width": more.pop("width", 1.8), "dash": more.pop("dash", "solid")}

@@ -7,7 +7,8 @@ from typing import Any
 
 from plantune import _core
 from plantune._core import Butterworth
-from plantune.notes import DEFAULT_LIMITS, Limits, notes_from_core
+from plantune.notes import DEFAULT_LIMITS, Limits
+from plantune.prep.rows import with_doubts
 from plantune.record import Record
 
 
@@ -157,8 +158,7 @@ def bandpass(
 def _filtered(rec: Record, band: str, order: int, w: Any, limits: Limits | None) -> Record:
     limits = limits or rec.limits or DEFAULT_LIMITS
     design = Butterworth(band, order, w, rec.Ts)
-    out = _core.prefilter(rec, rec.r, design, limits)
-    marks, doubts = out["marks"], notes_from_core(out["marks"]["notes"])
+    out, marks = _core.prefilter(rec, rec.r, design, limits)
     cutoff = "{:g} to {:g}".format(*w) if band == "band" else f"{w:g}"
     said = (
         f"{band}-pass Butterworth of order {order}, {cutoff} rad/s, on "
@@ -167,7 +167,7 @@ def _filtered(rec: Record, band: str, order: int, w: Any, limits: Limits | None)
     )
     return replace(
         rec,
-        **{name: out[name] for name in ("u", "y", "r", "valid")},
+        **out,
         log=(*rec.log, said),
-        notes=tuple(dict.fromkeys((*rec.notes, *doubts, *limits.changes()))),
+        notes=with_doubts(rec, marks["notes"], limits),
     )

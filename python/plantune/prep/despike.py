@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from plantune import _core
-from plantune.notes import DEFAULT_LIMITS, Limits, notes_from_core
+from plantune.notes import DEFAULT_LIMITS, Limits
+from plantune.prep.rows import with_doubts
 from plantune.record import Record
 
 
@@ -54,5 +55,5 @@ def despike(rec: Record, limits: Limits | None = None) -> Record:
         rec,
         valid=valid,
         log=(*rec.log, f"marked {len(rows)} of {rec.y.size} values as spikes: {each}"),
-        notes=(*rec.notes, *notes_from_core(notes), *limits.changes()),
+        notes=with_doubts(rec, notes, limits),
     )

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.notes import DEFAULT_LIMITS, Limits, notes_from_core
+from plantune.notes import DEFAULT_LIMITS, Limits
+from plantune.prep.rows import with_doubts
 from plantune.record import Floats, Record
 
 _LONGER: Final = 1.5
@@ -87,7 +88,6 @@ def _decimated(rec: Record, Ts: float, limits: Limits) -> Record:
     further, held = _further(rec)
     out = _core.decimate(rec, further, held, Ts, limits)
     marks, rows = out["marks"], out["rows"]
-    doubts = notes_from_core(marks["notes"])
     t = rec.time[rows] + out["after"]
     r, aux = np.split(out["further"], [sum(held)], axis=1)
     said = (
@@ -106,7 +106,7 @@ def _decimated(rec: Record, Ts: float, limits: Limits) -> Record:
         t=t,
         rows=rec.rows[rows],
         log=(*rec.log, said),
-        notes=tuple(dict.fromkeys((*rec.notes, *doubts, *limits.changes()))),
+        notes=with_doubts(rec, marks["notes"], limits),
     )
 
 

@@ -1,13 +1,14 @@
-"""A record's rows at some ranges of them."""
+"""What preparations share: the rows of some ranges, and the notes that grow."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from plantune.notes import Limits, Note, notes_from_core
 from plantune.record import Record
 
 
@@ -31,3 +32,10 @@ def at_rows(rec: Record, ranges: Sequence[tuple[int, int]], **fields: Any) -> Re
         starts=np.cumsum([0, *(stop - start for start, stop in ranges[:-1])]),
         rows=rec.rows[kept],
     )
+
+
+def with_doubts(
+    rec: Record, doubts: Iterable[Mapping[str, Any]], limits: Limits
+) -> tuple[Note, ...]:
+    """Return the notes of the record, then those of the core and of changed limits, each once."""
+    return tuple(dict.fromkeys((*rec.notes, *notes_from_core(doubts), *limits.changes())))

@@ -60,8 +60,7 @@ def smooth(rec: Record, signals: Literal["both", "y"] = "both") -> Record:
             "U01", f"`signals` is {signals!r}, must be 'both' or 'y'", remedy="signals='both'"
         )
     both = signals == "both"
-    out = _core.smooth(rec, rec.r, both, rec.limits or DEFAULT_LIMITS)
-    ranges = out.pop("rows")
+    out, ranges = _core.smooth(rec, rec.r, both, rec.limits or DEFAULT_LIMITS)
     left = sum(stop - start for start, stop in ranges)
     what = "y" if not both else "u and y" if rec.r is None else "u, y and r"
     said = f"smoothed {what} over three rows: {rec.N - left} of {rec.N} rows left out"

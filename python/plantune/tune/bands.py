@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from plantune import _core
-from plantune.estimate.fit import Fit
+from plantune.estimate.fit import Fit, flat
 from plantune.record import Floats
 
 Band = tuple[Floats, Floats]
@@ -67,11 +67,6 @@ def bode_band(fit: Fit, w: ArrayLike, input: int = 0) -> tuple[Band, Band]:
     True
     """
     return _core.bode_band(fit.model, flat(fit), input, _grid(w))
-
-
-def flat(fit: Fit) -> Floats:
-    """Return the covariance as the core reads it."""
-    return np.ascontiguousarray(fit.P).reshape(-1)
 
 
 def _grid(x: ArrayLike) -> Floats:

@@ -8,10 +8,9 @@ from typing import Any
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.estimate.fit import Fit
+from plantune.estimate.fit import Fit, flat
 from plantune.models import PID, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note
-from plantune.tune.bands import flat
 from plantune.tune.margins import Margins, margins
 from plantune.tune.tuning import Tuning
 
@@ -77,28 +76,9 @@ def _plant(
             "U01", "a tuning rule needs a process model", remedy='estimate.process(rec, "P1D")'
         )
     if isinstance(model, Fit):
-        _check_sign(model, limits)
-        _check_sampling(model, limits)
+        K, T = zip(model.theta[:2].tolist(), model.sd[:2].tolist(), strict=True)
+        _core.check_tunable(K, T, model.Ts, limits)
     return _with_delay(plant, delay_at_least)
-
-
-def _check_sign(fit: Fit, limits: Limits) -> None:
-    """X12: a gain whose interval contains zero must not be tuned on."""
-    gain, sd = abs(float(fit.theta[0])), float(fit.sd[0])
-    if gain < limits.X12 * sd:
-        raise refusal(
-            "X12",
-            f"the sign of the gain is open: K = {fit.theta[0]:.4g} ± {sd:.2g}",
-            measured=gain,
-            limit=limits.X12 * sd,
-            remedy="record longer or with larger steps of the input",
-        )
-
-
-def _check_sampling(fit: Fit, limits: Limits) -> None:
-    """M09: a time constant clearly below two sample times must not be tuned on."""
-    if fit.Ts is not None:
-        _core.check_sampling(float(fit.theta[1]), float(fit.sd[1]), fit.Ts, limits)
 
 
 def _with_delay(plant: ProcessModel, least: float) -> tuple[ProcessModel, tuple[Note, ...]]:

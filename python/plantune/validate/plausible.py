@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from plantune import _core
-from plantune.estimate.fit import Fit
+from plantune.estimate.fit import Fit, flat
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 
@@ -52,7 +50,5 @@ def plausible(
     ()
     """
     limits = limits or DEFAULT_LIMITS
-    if isinstance(fit, Fit):
-        P = np.ascontiguousarray(fit.P).reshape(-1)
-        return notes_from_core(_core.plausible(fit.model, P, limits))
-    return notes_from_core(_core.plausible(fit, None, limits))
+    model, P = (fit.model, flat(fit)) if isinstance(fit, Fit) else (fit, None)
+    return notes_from_core(_core.plausible(model, P, limits))

@@ -103,19 +103,8 @@ def trust(
     limits = limits or DEFAULT_LIMITS
     if not fits:
         raise refusal("U01", "there is no model to trust", remedy="trust(fits, verdicts)")
-    grave = {name: text for name in fits if (text := _grave(fits[name], verdicts[name]))}
-    follow = {
-        name: "its errors follow the input"
-        for name in fits
-        if name not in grave and "V02" in _codes(verdicts[name])
-    }
-    objections = {**grave, **follow}
-    pool = _eligible(verdicts, objections, grave, limits)
-    if closed_loop:
-        noise_is_true = (
-            n for n in pool if fits[n].method in _IN_CLOSED_LOOP and _white(verdicts[n])
-        )
-        pool = list(noise_is_true) or pool
+    objections = _objections(fits, verdicts)
+    pool = _eligible(fits, verdicts, objections, closed_loop, limits)
     best = max(pool, key=lambda name: verdicts[name].fit)
     equals = [n for n in pool if verdicts[best].fit - verdicts[n].fit <= limits.V10]
 
@@ -144,20 +133,33 @@ def trust(
     return Trust(name=name, note=note, objections=objections)
 
 
+def _objections(fits: Mapping[str, Fit], verdicts: Mapping[str, Verdict]) -> dict[str, str]:
+    """Return why models are not eligible, the grave reasons first."""
+    grave = {name: text for name in fits if (text := _grave(fits[name], verdicts[name]))}
+    others = (name for name in fits if name not in grave and "V02" in _codes(verdicts[name]))
+    return {**grave, **dict.fromkeys(others, "its errors follow the input")}
+
+
 def _eligible(
+    fits: Mapping[str, Fit],
     verdicts: Mapping[str, Verdict],
     objections: Mapping[str, str],
-    grave: Mapping[str, str],
+    closed_loop: bool,
     limits: Limits,
 ) -> list[str]:
-    """Return names without objection; without a grave one where that is clearly better, or all."""
-    sound = [name for name in verdicts if name not in grave] or list(verdicts)
-    free = [name for name in sound if name not in objections]
+    """Return names without objection; without a grave one where that is clearly better, or all.
+
+    In closed loop those alone, if there are any, whose noise model is true.
+    """
+    sound = [n for n in fits if not _grave(fits[n], verdicts[n])] or list(fits)
+    free = [n for n in sound if n not in objections]
 
     def best(names: list[str]) -> float:
         return max(verdicts[name].fit for name in names)
 
-    return free if free and best(sound) - best(free) <= limits.V03 else sound
+    pool = free if free and best(sound) - best(free) <= limits.V03 else sound
+    true = [n for n in pool if fits[n].method in _IN_CLOSED_LOOP and _white(verdicts[n])]
+    return true if closed_loop and true else pool
 
 
 def _grave(fit: Fit, verdict: Verdict) -> str:

@@ -1,7 +1,7 @@
 //! What is wrong with a record before any model: outputs that stand still, spikes, sentinels (D18, D19).
 
 use super::sentinels::{Sentinel, sentinels, sentinels_note};
-use super::spikes::{Spike, spikes, spikes_note};
+use super::spikes::{Spike, spikes, spikes_notes};
 use super::stuck::{Stretch, stuck, stuck_note};
 use crate::limits::Limits;
 use crate::note::Note;
@@ -33,7 +33,7 @@ pub fn health(rec: &Record, limits: &Limits) -> Health {
         .iter()
         .map(|s| sentinels_note(rec, s))
         .chain((0..rec.ny).flat_map(|i| stuck_note(rec, i, &stuck, limits)))
-        .chain((0..rec.ny).filter_map(|i| spikes_note(rec, i, &spikes, limits)))
+        .chain(spikes_notes(rec, &spikes, limits))
         .collect();
     Health { stuck, spikes, sentinels, notes }
 }

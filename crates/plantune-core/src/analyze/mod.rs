@@ -9,5 +9,5 @@ mod stuck;
 pub use delay::{DelayScan, delay_scan};
 pub use health::{Health, health};
 pub use sentinels::{Sentinel, sentinels};
-pub use spikes::{Spike, spikes, spikes_note};
+pub use spikes::{Spike, spikes, spikes_notes};
 pub use stuck::{Stretch, stuck};

@@ -94,8 +94,13 @@ fn surroundings(y: &[f64], run: &Range<usize>, steep: &[usize], k: usize) -> Opt
     Some((off, kink))
 }
 
-/// D19 of one output, if it has spikes: how many, at which rows, how large.
-pub fn spikes_note(rec: &Record, output: usize, spikes: &[Spike], limits: &Limits) -> Option<Note> {
+/// D19 of each output that has spikes.
+pub fn spikes_notes(rec: &Record, spikes: &[Spike], limits: &Limits) -> Vec<Note> {
+    (0..rec.ny).filter_map(|output| note(rec, output, spikes, limits)).collect()
+}
+
+/// How many, at which rows, how large.
+fn note(rec: &Record, output: usize, spikes: &[Spike], limits: &Limits) -> Option<Note> {
     let own: Vec<&Spike> = spikes.iter().filter(|s| s.output == output).collect();
     let first = own.first()?;
     let place = |s: &Spike| rec.place(rec.nu + output, s.row);

@@ -3,10 +3,11 @@
 use crate::error::{Error, Result};
 use crate::excitation::{check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
-use crate::linalg::{dot, sum};
+use crate::linalg::dot;
 use crate::model::PolyModel;
 use crate::note::Place;
 use crate::record::Record;
+use crate::stats::centred;
 
 /// Rows per parameter below which excitation cannot be judged.
 const FEW_ROWS: usize = 4;
@@ -162,12 +163,7 @@ pub(super) fn too_short(rows: usize, parameters: usize) -> Error {
 
 /// X11: two inputs whose centred columns agree but for a factor.
 pub(super) fn copied_input(rec: &Record) -> Option<Error> {
-    let centred = |i: usize| {
-        let x = rec.input(i);
-        let mean = sum(&x) / x.len() as f64;
-        x.iter().map(|v| v - mean).collect::<Vec<f64>>()
-    };
-    let columns: Vec<Vec<f64>> = (0..rec.nu).map(centred).collect();
+    let columns: Vec<Vec<f64>> = (0..rec.nu).map(|i| centred(rec.input(i).into_owned())).collect();
     let pairs = (0..rec.nu).flat_map(|i| (i + 1..rec.nu).map(move |j| (i, j)));
     let share = |(i, j): (usize, usize)| {
         let (a, b) = (&columns[i], &columns[j]);

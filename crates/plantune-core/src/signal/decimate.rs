@@ -75,32 +75,31 @@ pub fn decimate(
     let (u, y) = (smooth(rec.u, rec.nu)?, smooth(&held(rec, &all), rec.ny)?);
     let further = smooth(further, held_further.len())?;
 
-    let mut out = Decimated {
-        u: Vec::new(),
-        y: Vec::new(),
-        further: Vec::new(),
-        valid: Vec::new(),
-        starts: Vec::new(),
-        rows: Vec::new(),
-        after: Vec::new(),
+    let (mut new, mut starts): (Vec<Step>, Vec<usize>) = (Vec::new(), Vec::new());
+    for segment in &segments {
+        starts.push(new.len());
+        new.extend(steps(segment, ratio));
+    }
+    let width = held_further.len();
+    let further = |step: &Step, i: usize| {
+        if held_further[i] { step.mean(&further, width, i) } else { step.read(&further, width, i) }
+    };
+    Ok(Decimated {
+        u: each(&new, rec.nu, |step, i| step.mean(&u, rec.nu, i)),
+        y: each(&new, rec.ny, |step, i| step.read(&y, rec.ny, i)),
+        further: each(&new, width, further),
+        valid: each(&new, rec.ny, |step, i| step.counts(&marks.valid, rec.ny, i)),
+        starts,
+        rows: new.iter().map(|step| step.row).collect(),
+        after: new.iter().map(|step| step.share * rec.Ts).collect(),
         left_out: all.len() - segments.len(),
         marks,
-    };
-    for segment in segments {
-        out.starts.push(out.rows.len());
-        for step in steps(&segment, ratio) {
-            out.rows.push(step.row);
-            out.after.push(step.share * rec.Ts);
-            out.u.extend((0..rec.nu).map(|i| step.mean(&u, rec.nu, i)));
-            out.y.extend((0..rec.ny).map(|i| step.read(&y, rec.ny, i)));
-            let width = held_further.len();
-            out.further.extend(held_further.iter().enumerate().map(|(i, held)| {
-                if *held { step.mean(&further, width, i) } else { step.read(&further, width, i) }
-            }));
-            out.valid.extend((0..rec.ny).map(|i| step.counts(&out.marks.valid, rec.ny, i)));
-        }
-    }
-    Ok(out)
+    })
+}
+
+/// A value of each column at each step, row-major.
+fn each<T>(steps: &[Step], width: usize, value: impl Fn(&Step, usize) -> T) -> Vec<T> {
+    steps.iter().flat_map(|step| (0..width).map(|i| value(step, i)).collect::<Vec<T>>()).collect()
 }
 
 /// Bound of what the filter remembers when it runs both ways: the way back spreads what the way forth left.

@@ -14,9 +14,8 @@ const GAP: f64 = 1.5;
 /// The sample time of uniform stamps; refuses others (D13, D14, D15).
 pub fn uniform_step(t: &[f64], limits: &Limits) -> Result<f64> {
     check_ascending(t)?;
-    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    let [p1, median, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
+    let steps = sorted_steps(t);
+    let [p1, median, p99] = quantiles(&steps);
     let mean = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
     let off = |step: f64| (step / median - 1.0).abs();
     // Stamps are rounded decimals: a step at the limit may pass it by a little.
@@ -59,15 +58,25 @@ pub struct Steps {
 
 /// What the steps between stamps look like; none where there are fewer than two stamps.
 pub fn steps(t: &[f64]) -> Option<Steps> {
-    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    let steps = sorted_steps(t);
     if steps.is_empty() {
         return None;
     }
-    steps.sort_by(f64::total_cmp);
-    let [p1, step, p99] = [0.01, 0.5, 0.99].map(|share| quantile(&steps, share));
+    let [p1, step, p99] = quantiles(&steps);
     let gaps = steps.iter().filter(|&&d| d > GAP * step).count();
     let back = steps.iter().filter(|&&d| d <= 0.0).count();
     Some(Steps { step, p1, p99, gaps, back })
+}
+
+fn sorted_steps(t: &[f64]) -> Vec<f64> {
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps
+}
+
+/// Values below which 1, 50 and 99 % of all lie.
+fn quantiles(sorted: &[f64]) -> [f64; 3] {
+    [0.01, 0.5, 0.99].map(|share| quantile(sorted, share))
 }
 
 /// Stamps must ascend: D13 where they go back, D14 where they repeat.
@@ -106,28 +115,10 @@ pub struct Resampled {
 /// (inputs), others are interpolated.
 pub fn resample(t: &[f64], x: &[f64], held: &[bool], Ts: f64) -> Result<Resampled> {
     check_ascending(t)?;
-    if !(Ts > 0.0 && Ts.is_finite()) {
-        return Err(Error::argument("resample", Ts, "a positive number of seconds"));
-    }
-    let own = (t[t.len() - 1] - t[0]) / (t.len() - 1) as f64;
-    if Ts > DECIMATION * own {
-        let text = format!(
-            "a step of {Ts} s keeps one of {:.1} rows without a filter: \
-             fast parts would come back as slow ones",
-            Ts / own
-        );
-        return Err(Error::new("M10", text)
-            .at(Place::column("resample"))
-            .measured(Ts / own, DECIMATION)
-            .remedy(format!(
-                "resample to the record's own step, {} s, then to {Ts} s by prep.resample, which filters",
-                rounded(own)
-            )));
-    }
-    let wanted = (t[t.len() - 1] - t[0]) / Ts;
-    if wanted > 1e8 {
-        return Err(Error::argument("resample", Ts, "long enough to give fewer than 1e8 rows"));
-    }
+    let length = t[t.len() - 1] - t[0];
+    let own = length / (t.len() - 1) as f64;
+    check_step(Ts, own, length)?;
+    let wanted = length / Ts;
     let gap = 3.0 * Ts.max(own);
     let mut out = Resampled { t: Vec::new(), x: Vec::new(), starts: Vec::new(), rows: Vec::new() };
     let row = |k: usize| &x[k * held.len()..(k + 1) * held.len()];
@@ -154,6 +145,31 @@ pub fn resample(t: &[f64], x: &[f64], held: &[bool], Ts: f64) -> Result<Resample
         out.x.extend(between.map(|((a, b), held)| if *held { *a } else { a + share * (b - a) }));
     }
     Ok(out)
+}
+
+/// Refuses a step that is none or gives too many rows (U01), and one that needs a filter (M10).
+fn check_step(Ts: f64, own: f64, length: f64) -> Result<()> {
+    if !(Ts > 0.0 && Ts.is_finite()) {
+        return Err(Error::argument("resample", Ts, "a positive number of seconds"));
+    }
+    if Ts > DECIMATION * own {
+        let text = format!(
+            "a step of {Ts} s keeps one of {:.1} rows without a filter: \
+             fast parts would come back as slow ones",
+            Ts / own
+        );
+        return Err(Error::new("M10", text)
+            .at(Place::column("resample"))
+            .measured(Ts / own, DECIMATION)
+            .remedy(format!(
+                "resample to the record's own step, {} s, then to {Ts} s by prep.resample, which filters",
+                rounded(own)
+            )));
+    }
+    if length / Ts > 1e8 {
+        return Err(Error::argument("resample", Ts, "long enough to give fewer than 1e8 rows"));
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use std::collections::VecDeque;
 use std::ops::Range;
 
 use crate::error::{Error, Result};
+use crate::linalg::extent;
 use crate::record::Record;
 
 /// Stretches of a record.
@@ -40,7 +41,7 @@ pub fn stretches(
     let references = (0..rec.ny).filter_map(|i| r.map(|r| (r, rec.ny, i)));
     for (x, width, i) in inputs.chain(references) {
         let column: Vec<f64> = x.iter().skip(i).step_by(width).copied().collect();
-        let (low, high) = column.iter().fold((f64::MAX, f64::MIN), |(l, h), x| (l.min(*x), h.max(*x)));
+        let (low, high) = extent(&column);
         for segment in rec.segments() {
             rest(&column, segment, needed, tolerance * (high - low), &mut is_steady);
         }

@@ -46,6 +46,8 @@ pub struct ClosedLoop {
     pub u: Vec<f64>,
     /// Output and input before time 0.
     pub start: (f64, f64),
+    /// Controller output that holds the last set point against the last disturbance.
+    pub u_final: f64,
 }
 
 /// Simulates the loop over `r.len()` steps.
@@ -76,6 +78,7 @@ pub fn closed_loop(model: &ProcessModel, pid: &Pid, settings: &ClosedLoopSetting
         u_left: Vec::with_capacity(nodes + 1),
         u: Vec::with_capacity(nodes + 1),
         start: (y0, settings.u0),
+        u_final: (at(settings.r, nodes) - settings.offset) / model.K - at(settings.d, nodes),
     };
     let mut u_left = settings.u0;
     for k in 0..=nodes {
@@ -389,6 +392,7 @@ mod tests {
         let settings = ClosedLoopSettings { dt: 0.01, r: &r, d: &d, noise: &r, offset: 0.0, u0: 0.0 };
         let response = closed_loop(&model, &Pid::pi(1.0, 1.0), &settings).expect("a sound loop");
         let last = response.y.len() - 1;
+        assert_eq!(response.u_final, -0.7);
         assert!(response.y[last].abs() < 1e-9 && (response.u[last] + 0.7).abs() < 1e-9);
     }
 }

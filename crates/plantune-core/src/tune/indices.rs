@@ -29,8 +29,8 @@ pub struct Indices {
     pub total_variation: f64,
 }
 
-/// Indices of a response; `u_final` is the input that holds the last set point.
-pub fn indices(run: &ClosedLoop, u_final: f64) -> Indices {
+/// Indices of a response.
+pub fn indices(run: &ClosedLoop) -> Indices {
     let (y0, u0) = run.start;
     let nodes = run.y.len();
     let y_final = run.r[nodes - 1];
@@ -53,7 +53,7 @@ pub fn indices(run: &ClosedLoop, u_final: f64) -> Indices {
     }
     let progress: Vec<f64> = run.y.iter().map(|y| (y - y0) / move_y).collect();
     let defined = move_y != 0.0;
-    let control: Vec<f64> = run.u.iter().map(|u| (u - u0) / (u_final - u0)).collect();
+    let control: Vec<f64> = run.u.iter().map(|u| (u - u0) / (run.u_final - u0)).collect();
     Indices {
         rise: if defined {
             run.h * (first_above(&progress, 0.9) - first_above(&progress, 0.1))
@@ -65,7 +65,11 @@ pub fn indices(run: &ClosedLoop, u_final: f64) -> Indices {
         ise,
         iae,
         itae,
-        control_overshoot: if u_final == u0 { f64::NAN } else { 100.0 * (largest(&control) - 1.0).max(0.0) },
+        control_overshoot: if run.u_final == u0 {
+            f64::NAN
+        } else {
+            100.0 * (largest(&control) - 1.0).max(0.0)
+        },
         control_energy: energy,
         total_variation: variation,
     }

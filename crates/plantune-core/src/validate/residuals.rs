@@ -9,7 +9,7 @@
 
 use crate::linalg::dot;
 use crate::record::Record;
-use crate::stats::normal_quantile;
+use crate::stats::{centred, normal_quantile};
 
 /// Correlations with their 99 % bands.
 #[derive(Clone, Debug)]
@@ -36,12 +36,12 @@ pub fn residuals(rec: &Record, rows: &[usize], e: &[f64], most: usize) -> Residu
     let N = e.len();
     let most = most.min(N.saturating_sub(1) / 4);
     let z = normal_quantile(0.99);
-    let e = centred(e.iter().copied());
+    let e = centred(e.to_vec());
     let autocorr = correlation(&e, &e, most);
     let mut crosscorr = Vec::new();
     let mut cross_band = Vec::new();
     for i in 0..rec.nu {
-        let u = centred(rows.iter().map(|&k| rec.u_at(k, i)));
+        let u = centred(rows.iter().map(|&k| rec.u_at(k, i)).collect());
         let later = correlation(&e, &u, most);
         let earlier = correlation(&u, &e, most);
         crosscorr.push(earlier[1..].iter().rev().chain(&later).copied().collect());
@@ -59,12 +59,6 @@ pub fn residuals(rec: &Record, rows: &[usize], e: &[f64], most: usize) -> Residu
         cross_band,
         cross_limit: (2.0f64).sqrt() * normal_quantile(1.0 - 0.01 / most.max(1) as f64) / z,
     }
-}
-
-fn centred(x: impl Iterator<Item = f64>) -> Vec<f64> {
-    let x: Vec<f64> = x.collect();
-    let mean = x.iter().sum::<f64>() / x.len() as f64;
-    x.into_iter().map(|v| v - mean).collect()
 }
 
 /// `sum a(t) b(t-k) / sqrt(sum a^2 sum b^2)` for `k = 0 ..= most`; zero where a signal stands still.

@@ -12,7 +12,7 @@ use crate::model::Model;
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::sim::{OverRecord, Start, over_record};
-use crate::stats::f_tail;
+use crate::stats::{centred, f_tail};
 
 /// What is estimated on the record at hand.
 #[derive(Clone, Debug)]
@@ -139,10 +139,6 @@ fn fit_percent(y: &[f64], e: &[f64]) -> f64 {
 fn relation(rec: &Record, verdict: &Verdict) -> f64 {
     let run = &verdict.simulated;
     let rows: Vec<usize> = (0..run.rows.len()).filter(|&k| rec.is_valid(run.rows[k], 0)).collect();
-    let centred = |x: Vec<f64>| {
-        let mean = x.iter().sum::<f64>() / x.len() as f64;
-        x.into_iter().map(|v| v - mean).collect::<Vec<f64>>()
-    };
     let y = centred(rows.iter().map(|&k| rec.y_at(run.rows[k], 0)).collect());
     let yhat = centred(rows.iter().map(|&k| run.yhat[k]).collect());
     let r = correlation(&y, &yhat, 0)[0];
@@ -187,50 +183,58 @@ fn by_chance(lags: usize) -> usize {
 }
 
 fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<Note> {
-    let mut notes = Vec::new();
-    let worst = |lags: &[i64], r: &[f64], band: f64, from: i64| {
-        let outside: Vec<(i64, f64)> = lags
-            .iter()
-            .copied()
-            .zip(r.iter().copied())
-            .filter(|(k, r)| *k >= from && r.abs() > band)
-            .collect();
-        let peak = outside.iter().copied().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-        peak.map(|(lag, r)| (outside.len(), lag, r))
-    };
-    let chance = by_chance(residuals.lags.len());
-    let most = |count: usize, lag: i64| format!("{count} lags outside the 99 % band, most at lag {lag}");
-    if let Some((count, lag, r)) = worst(&residuals.lags, &residuals.autocorr, residuals.band, 1)
-        && count > chance
-    {
-        notes.push(
-            Note::warning("M08", format!("residuals are not white: {}", most(count, lag)))
-                .count(count)
-                .measured(r, residuals.band)
-                .remedy("widen the intervals before use; look for a disturbance, or a lag the model lacks"),
-        );
+    let follow = (0..rec.nu).filter_map(|i| follows(rec, residuals, i));
+    let low = (fit < limits.V01).then(|| {
+        Note::warning("V01", format!("the simulation explains {fit:.1} % on these rows"))
+            .measured(fit, limits.V01)
+            .remedy("look at the residuals and at the record for disturbances")
+    });
+    coloured(residuals).into_iter().chain(follow).chain(low).collect()
+}
+
+/// M08: the residuals follow their own past.
+fn coloured(residuals: &Residuals) -> Option<Note> {
+    let outside = Outside::of(&residuals.lags, &residuals.autocorr, residuals.band)?;
+    Some(
+        Note::warning("M08", format!("residuals are not white: {}", outside.text()))
+            .count(outside.count)
+            .measured(outside.most, residuals.band)
+            .remedy("widen the intervals before use; look for a disturbance, or a lag the model lacks"),
+    )
+}
+
+/// V02: the residuals follow an input.
+fn follows(rec: &Record, residuals: &Residuals, i: usize) -> Option<Note> {
+    let (r, band) = (&residuals.crosscorr[i], residuals.cross_band[i]);
+    let outside = Outside::of(&residuals.cross_lags, r, band)?;
+    let name = rec.input_name(i);
+    (outside.most.abs() > residuals.cross_limit * band).then(|| {
+        Note::warning("V02", format!("residuals still follow {name}: {}", outside.text()))
+            .at(Place::column(name))
+            .count(outside.count)
+            .measured(outside.most, band)
+            .remedy("try another delay or a higher order")
+    })
+}
+
+/// Lags from 1 on outside a 99 % band, more than chance puts there.
+struct Outside {
+    count: usize,
+    /// The largest correlation, and its lag.
+    most: f64,
+    lag: i64,
+}
+
+impl Outside {
+    fn of(lags: &[i64], r: &[f64], band: f64) -> Option<Self> {
+        let later = || lags.iter().zip(r).filter(|(lag, _)| **lag >= 1);
+        let count = later().filter(|(_, r)| r.abs() > band).count();
+        let (&lag, &most) = later().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))?;
+        let by_chance = by_chance(1 + later().count());
+        (count > by_chance).then_some(Outside { count, most, lag })
     }
-    for (i, (r, band)) in residuals.crosscorr.iter().zip(&residuals.cross_band).enumerate() {
-        if let Some((count, lag, r)) = worst(&residuals.cross_lags, r, *band, 1)
-            && count > chance
-            && r.abs() > residuals.cross_limit * band
-        {
-            let name = rec.input_name(i);
-            notes.push(
-                Note::warning("V02", format!("residuals still follow {name}: {}", most(count, lag)))
-                    .at(Place::column(name))
-                    .count(count)
-                    .measured(r, *band)
-                    .remedy("try another delay or a higher order"),
-            );
-        }
+
+    fn text(&self) -> String {
+        format!("{} lags outside the 99 % band, most at lag {}", self.count, self.lag)
     }
-    if fit < limits.V01 {
-        notes.push(
-            Note::warning("V01", format!("the simulation explains {fit:.1} % on these rows"))
-                .measured(fit, limits.V01)
-                .remedy("look at the residuals and at the record for disturbances"),
-        );
-    }
-    notes
 }
