@@ -181,6 +181,11 @@ def run(
         plus dead time does not serve the plant while a polynomial model does (M12): the run without
         tunings is then in `.result`.
 
+    Notes
+    -----
+    A refusal carries in `.notes` what was found before it and may be its cause, such as a stretch
+    on which the output stands still (D18).
+
     Examples
     --------
     >>> import plantune as pt
@@ -204,27 +209,47 @@ def run(
             limit=_LEAST_ROWS,
             remedy="record longer",
         )
-    found = _healthy(rec, limits)
+    found: list[Note] = [*rec.notes]
+    try:
+        return _job(rec, gain_margin, given or {}, title, truth, limits, found)
+    except PlantuneError as error:
+        error.notes = dict.fromkeys(note for note in found if note != note_of(error))
+        raise
+
+
+def _job(
+    rec: Record,
+    gain_margin: float,
+    given: Mapping[str, ProcessModel | PolyModel],
+    title: str,
+    truth: Mapping[str, float] | None,
+    limits: Limits,
+    found: list[Note],
+) -> Run:
+    """Do the main job, and add to `found` what a refusal further on may come from."""
+    healthy = _healthy(rec, limits, found)
     est, val, notes = _parts(rec, limits)
+    found += notes
     scan = _scan(est, limits)
+    found += scan.notes
     fits, left_out = candidates(est, scan.order, scan.nk, limits=limits)
-    earlier = _earlier(given or {}, fits)
+    earlier = _earlier(given, fits)
     judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
     verdicts = {row.name: row for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
-    found_best = trust(fits, own, closed_loop=_in_closed_loop(rec, own), limits=limits)
+    best = trust(fits, own, closed_loop=_in_closed_loop(rec, own), limits=limits)
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
         record=rec,
-        findings={"health": found, "delay": scan},
+        findings={"health": healthy, "delay": scan},
         fits=fits,
         verdicts=verdicts,
-        trusted=found_best.name,
-        chosen=fits[found_best.name],
+        trusted=best.name,
+        chosen=fits[best.name],
         comparison=None,
         tunings=(),
         responses=(),
-        notes=(*notes, found_best.note, *left_out),
+        notes=(*notes, best.note, *left_out),
         truth=truth,
     )
     _check_plant(identified, est, val, limits)
@@ -235,13 +260,14 @@ def run(
     )
 
 
-def _healthy(rec: Record, limits: Limits) -> Health:
+def _healthy(rec: Record, limits: Limits, found: list[Note]) -> Health:
     """Look at the record; refuse what forbids a model."""
-    found = health(rec, limits)
-    for note in found.notes:
+    seen = health(rec, limits)
+    found += seen.notes
+    for note in seen.notes:
         if note.severity == "error":
-            raise from_note(note, found)
-    return found
+            raise from_note(note, seen)
+    return seen
 
 
 def _parts(rec: Record, limits: Limits) -> tuple[Record, Record, tuple[Note, ...]]:
