@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from plantune import _core
 from plantune.analyze import DelayScan, Health, delay, health
 from plantune.errors import NotIdentifiable, PlantuneError, from_note, refusal
 from plantune.estimate import Fit, candidates, process
-from plantune.estimate.candidates import is_sound
+from plantune.estimate.candidates import again, is_sound
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
 from plantune.record import Record
@@ -21,8 +19,10 @@ from plantune.simulate import Response
 from plantune.text import column
 from plantune.tune import Comparison, Tuning, imc_pi
 from plantune.tune import compare as compare_rules
+from plantune.tune.bands import flat
 from plantune.tune.compare import DEFAULT_RULES
 from plantune.validate import Verdict, check, compare, trust
+from plantune.validate.trust import noise_holds
 
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
@@ -150,7 +150,7 @@ def run(
     again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
     polynomial model, or else the one of the best simulation, is the judge: where it simulates
     clearly better, or needs another delay, the process model's intervals are widened and a note
-    says so.
+    says so; in closed loop also where feedback moved its gain or time constant (V11).
 
     Parameters
     ----------
@@ -237,7 +237,8 @@ def _job(
     judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
     verdicts = {row.name: row for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
-    best = trust(fits, own, closed_loop=_in_closed_loop(rec, own), limits=limits)
+    closed_loop = _in_closed_loop(rec, own)
+    best = trust(fits, own, closed_loop=closed_loop, limits=limits)
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
         record=rec,
@@ -253,11 +254,8 @@ def _job(
         truth=truth,
     )
     _check_plant(identified, est, val, limits)
-    return _tuned(
-        replace(identified, chosen=_chosen(identified, limits, refit=val is not est)),
-        gain_margin,
-        limits,
-    )
+    chosen = _chosen(identified, limits, refit=val is not est, closed_loop=closed_loop)
+    return _tuned(replace(identified, chosen=chosen), gain_margin, limits)
 
 
 def _healthy(rec: Record, limits: Limits, found: list[Note]) -> Health:
@@ -385,16 +383,19 @@ def _raise_cause(est: Record, rec: Record, limits: Limits, *, but: str) -> None:
         raise
 
 
-def _chosen(run: Run, limits: Limits, *, refit: bool) -> Fit:
+def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
     """Fit the process model to all rows, and widen it by what the judge says."""
     fit = process(run.record, "P1D", limits=limits) if refit else run.fits["P1D"]
-    rival, judge = run.rival, None
+    rival, judge, feedback = run.rival, None, None
     if rival is not None:
         judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)  # type: ignore[union-attr]
     delay = (float(fit.theta[2]), float(fit.sd[2]), run.record.Ts)
-    factor, found = _core.judge(run.verdicts["P1D"], delay, judge, limits)
+    if closed_loop and rival == run.trusted and noise_holds(run.fits[rival], run.verdicts[rival]):
+        known = again(run.fits[rival], run.record, limits) if refit else run.fits[rival]
+        feedback = ((fit.model, flat(fit)), (known.model, flat(known)))
+    factor, found = _core.judge(run.verdicts["P1D"], delay, judge, feedback, limits)
     notes = notes_from_core(found)
-    P, sd = _core.widened(np.ascontiguousarray(fit.P).reshape(-1), len(fit.theta), factor)
+    P, sd = _core.widened(flat(fit), len(fit.theta), factor)
     return replace(fit, P=P.reshape(fit.P.shape), sd=sd, notes=(*fit.notes, *notes))
 
 

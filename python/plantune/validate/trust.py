@@ -112,10 +112,7 @@ def trust(
     objections = {**grave, **follow}
     pool = _eligible(verdicts, objections, grave, limits)
     if closed_loop:
-        noise_is_true = (
-            n for n in pool if fits[n].method in _IN_CLOSED_LOOP and _white(verdicts[n])
-        )
-        pool = list(noise_is_true) or pool
+        pool = [n for n in pool if noise_holds(fits[n], verdicts[n])] or pool
     best = max(pool, key=lambda name: verdicts[name].fit)
     equals = [n for n in pool if verdicts[best].fit - verdicts[n].fit <= limits.V10]
 
@@ -142,6 +139,20 @@ def trust(
         remedy="record longer, or look at the residuals" if name in objections else "",
     )
     return Trust(name=name, note=note, objections=objections)
+
+
+def noise_holds(fit: Fit, verdict: Verdict) -> bool:
+    """Whether the noise model may be true, so that feedback does not bias the model.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> est, val = pt.datasets.engine_loop(noise_var=1.5).split(0.5)
+    >>> fits = pt.estimate.armax(est, 1, 1, 1, 6), pt.estimate.oe(est, 1, 1, 6)
+    >>> [noise_holds(fit, pt.validate.check(val, fit)) for fit in fits]
+    [True, False]
+    """
+    return fit.method in _IN_CLOSED_LOOP and _white(verdict)
 
 
 def _eligible(
