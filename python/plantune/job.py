@@ -121,16 +121,50 @@ class Run:
         >>> [note.code for note in run.all_notes() if note.code.startswith("D")]
         []
         """
-        parts: list[Any] = [
-            self.record,
-            self,
-            *self.findings.values(),
-            *(fit for name, fit in self.fits.items() if name in self.relied),
-            *(verdict for name, verdict in self.verdicts.items() if name in self.relied),
-            self.chosen,
-            *self.tunings[:1],
+        return tuple(dict.fromkeys(note for *_, part in self._parts() for note in part.notes))
+
+    def named_notes(self) -> dict[Note, tuple[str, ...]]:
+        """Return the same notes, the models that they speak of before the text, and their origins.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> run = pt.job.run(pt.datasets.hair_dryer())
+        >>> for note, origins in run.named_notes().items():
+        ...     print(note.code, note.text[:34], origins)
+        V10 OE is trusted: it simulates 495 ro ('run',)
+        M08 OE: residuals are not white: 14 la ('OE judged',)
+        M08 P1D: residuals are not white: 11 l ('P1D judged',)
+        V02 P1D: residuals still follow power: ('P1D judged',)
+        V03 P1D: a polynomial model, OE, simul ('P1D for the settings',)
+        V05 P1D: standard deviations are widen ('P1D for the settings',)
+        """
+        found: dict[Note, list[tuple[str, str]]] = {}
+        for origin, model, part in self._parts():
+            for note in part.notes:
+                found.setdefault(note, []).append((origin, model))
+        named = {}
+        for note, places in found.items():
+            models = dict.fromkeys(model for _, model in places)
+            text = note.text if "" in models else f"{', '.join(models)}: {note.text}"
+            named[replace(note, text=text)] = tuple(origin for origin, _ in places)
+        return named
+
+    def _parts(self) -> list[tuple[str, str, Any]]:
+        """List what the outcome relies on: its name, the model it speaks of or "", the value."""
+        chosen = self.chosen.method
+        return [
+            ("record", "", self.record),
+            ("run", "", self),
+            *(
+                ("delay scan" if name == "delay" else name, "", finding)
+                for name, finding in self.findings.items()
+            ),
+            *((f"{name} fit", name, self.fits[name]) for name in self.relied),
+            *((f"{name} judged", name, self.verdicts[name]) for name in self.relied),
+            *([(f"{chosen} for the settings", chosen, self.chosen)] if self.tunings else []),
+            *((tuning.rule.replace("_", " "), "", tuning) for tuning in self.tunings[:1]),
         ]
-        return tuple(dict.fromkeys(note for part in parts for note in part.notes))
 
 
 def run(

@@ -24,6 +24,7 @@ from contract.records import (
     strict_json,
     write,
 )
+from plantune.cli.summary import show
 
 RUN_FIELDS = [*pt.job.Run.__dataclass_fields__]
 
@@ -385,6 +386,34 @@ def test_tune_writes_its_four_files_and_only_those(dryer):
     assert "gain margin" in done.stdout
     assert "report.html" in done.stdout
     assert done.stderr == ""
+
+
+def test_notes_name_the_model_that_they_speak_of(dryer):
+    folder, done = dryer
+    run = pt.job.run(pt.datasets.hair_dryer())
+    assert {note.code for note in run.named_notes()} == {note.code for note in run.all_notes()}
+    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    (white,) = [note for note in run.verdicts["P1D"].notes if note.code == "M08"]
+    of_p1d = [note for note in run.named_notes() if note.text == f"P1D: {white.text}"]
+    assert len(of_p1d) == 1
+    assert f"M08 P1D: {white.text}" in done.stdout
+    assert f"</code>P1D: {white.text}" in page
+    (reason,) = [note for note in run.notes if note.code == "V10"]
+    assert f"V10 {reason.text}" in done.stdout  # of the run as a whole
+
+
+def test_times_of_a_record_in_samples_are_no_seconds(tmp_path, capsys):
+    run = pt.job.run(record(Ts=1.0, units={"time": "sample"}))
+    show(run, tmp_path)
+    printed = capsys.readouterr().out
+    for label in ("Ti, sample ", "Ki, 1/sample ", "delay margin, sample ", "settling, sample "):
+        assert label in printed
+    assert "Ts 1 sample" in printed
+    title = pt.plot.closed_loop(run.responses[0], of=run.record).layout.title.text
+    assert title.split(" settling ")[1].split()[1] == "sample"
+    with pytest.raises(pt.DataError, match="rows between 5 and 5 sample") as caught:
+        run.record.between(5, 5)
+    assert caught.value.remedy.endswith("999 sample")
 
 
 def test_the_keys_of_json_are_field_names(dryer):
