@@ -250,11 +250,13 @@ def judge(
     process: Verdict,
     delay: tuple[float, float, float],
     rival: tuple[str, Verdict, int] | None,
+    feedback: tuple[tuple[Model, Floats], tuple[Model, Floats]] | None,
     limits: Limits,
 ) -> tuple[float, list[Fields]]:
     """Factor for the deviations of the process model, and notes.
 
-    `delay` is `L`, its sd, `Ts`; `rival` the polynomial model's name, verdict and `nk`.
+    `delay` is `L`, its sd, `Ts`; `rival` the polynomial model's name, verdict and `nk`; `feedback`,
+    in closed loop, the two models and their flat covariances on the same rows.
     """
 
 # --- tuning ------------------------------------------------------------------------------------

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 
@@ -32,6 +33,9 @@ class PlantuneError(Exception):
         What to do.
     result : object
         A partial result that may be studied, or None.
+    notes : tuple of Note
+        Doubts found on the way to the refusal, which may be its cause.  A traceback shows them
+        under the message (from Python 3.11 on), and so does the command line.
 
     Examples
     --------
@@ -56,6 +60,7 @@ class PlantuneError(Exception):
         limit: float | None = None,
         remedy: str = "",
         result: Any = None,
+        notes: Iterable[Any] = (),
     ) -> None:
         super().__init__(text)
         self.text = text
@@ -66,6 +71,17 @@ class PlantuneError(Exception):
         self.limit = limit
         self.remedy = remedy
         self.result = result
+        self.notes = notes
+
+    @property
+    def notes(self) -> tuple[Any, ...]:
+        """Doubts found on the way to the refusal; a traceback shows them under the message."""
+        return self._notes
+
+    @notes.setter
+    def notes(self, notes: Iterable[Any]) -> None:
+        self._notes = tuple(notes)
+        self.__notes__ = [f"found before: {note}" for note in self._notes]
 
     def __str__(self) -> str:
         """At most three lines: what; where, how many, measured against which limit; what to do."""
@@ -73,7 +89,7 @@ class PlantuneError(Exception):
         return "\n".join(line for line in lines if line and line != "do: ")
 
     def __reduce__(self) -> Any:
-        fields = {"code": self.code, **fields_of(self), "result": self.result}
+        fields = {"code": self.code, **fields_of(self), "result": self.result, "notes": self.notes}
         return _restore, (type(self), self.text, fields)
 
 

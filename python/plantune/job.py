@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from plantune import _core
 from plantune.analyze import DelayScan, Health, delay, health
 from plantune.errors import NotIdentifiable, PlantuneError, from_note, refusal
 from plantune.estimate import Fit, candidates, process
-from plantune.estimate.candidates import is_sound
+from plantune.estimate.candidates import again, is_sound
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
 from plantune.record import Record
@@ -21,8 +19,10 @@ from plantune.simulate import Response
 from plantune.text import column
 from plantune.tune import Comparison, Tuning, imc_pi
 from plantune.tune import compare as compare_rules
+from plantune.tune.bands import flat
 from plantune.tune.compare import DEFAULT_RULES
 from plantune.validate import Verdict, check, compare, trust
+from plantune.validate.trust import noise_holds
 
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
@@ -121,16 +121,50 @@ class Run:
         >>> [note.code for note in run.all_notes() if note.code.startswith("D")]
         []
         """
-        parts: list[Any] = [
-            self.record,
-            self,
-            *self.findings.values(),
-            *(fit for name, fit in self.fits.items() if name in self.relied),
-            *(verdict for name, verdict in self.verdicts.items() if name in self.relied),
-            self.chosen,
-            *self.tunings[:1],
+        return tuple(dict.fromkeys(note for *_, part in self._parts() for note in part.notes))
+
+    def named_notes(self) -> dict[Note, tuple[str, ...]]:
+        """Return the same notes, the models that they speak of before the text, and their origins.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> run = pt.job.run(pt.datasets.hair_dryer())
+        >>> for note, origins in run.named_notes().items():
+        ...     print(note.code, note.text[:34], origins)
+        V10 OE is trusted: it simulates 495 ro ('run',)
+        M08 OE: residuals are not white: 14 la ('OE judged',)
+        M08 P1D: residuals are not white: 11 l ('P1D judged',)
+        V02 P1D: residuals still follow power: ('P1D judged',)
+        V03 P1D: a polynomial model, OE, simul ('P1D for the settings',)
+        V05 P1D: standard deviations are widen ('P1D for the settings',)
+        """
+        found: dict[Note, list[tuple[str, str]]] = {}
+        for origin, model, part in self._parts():
+            for note in part.notes:
+                found.setdefault(note, []).append((origin, model))
+        named = {}
+        for note, places in found.items():
+            models = dict.fromkeys(model for _, model in places)
+            text = note.text if "" in models else f"{', '.join(models)}: {note.text}"
+            named[replace(note, text=text)] = tuple(origin for origin, _ in places)
+        return named
+
+    def _parts(self) -> list[tuple[str, str, Any]]:
+        """List what the outcome relies on: its name, the model it speaks of or "", the value."""
+        chosen = self.chosen.method
+        return [
+            ("record", "", self.record),
+            ("run", "", self),
+            *(
+                ("delay scan" if name == "delay" else name, "", finding)
+                for name, finding in self.findings.items()
+            ),
+            *((f"{name} fit", name, self.fits[name]) for name in self.relied),
+            *((f"{name} judged", name, self.verdicts[name]) for name in self.relied),
+            *([(f"{chosen} for the settings", chosen, self.chosen)] if self.tunings else []),
+            *((tuning.rule.replace("_", " "), "", tuning) for tuning in self.tunings[:1]),
         ]
-        return tuple(dict.fromkeys(note for part in parts for note in part.notes))
 
 
 def run(
@@ -150,7 +184,7 @@ def run(
     again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
     polynomial model, or else the one of the best simulation, is the judge: where it simulates
     clearly better, or needs another delay, the process model's intervals are widened and a note
-    says so.
+    says so; in closed loop also where feedback moved its gain or time constant (V11).
 
     Parameters
     ----------
@@ -181,6 +215,11 @@ def run(
         plus dead time does not serve the plant while a polynomial model does (M12): the run without
         tunings is then in `.result`.
 
+    Notes
+    -----
+    A refusal carries in `.notes` what was found before it and may be its cause, such as a stretch
+    on which the output stands still (D18).
+
     Examples
     --------
     >>> import plantune as pt
@@ -204,44 +243,63 @@ def run(
             limit=_LEAST_ROWS,
             remedy="record longer",
         )
-    found = _healthy(rec, limits)
+    found: list[Note] = [*rec.notes]
+    try:
+        return _job(rec, gain_margin, given or {}, title, truth, limits, found)
+    except PlantuneError as error:
+        error.notes = dict.fromkeys(note for note in found if note != note_of(error))
+        raise
+
+
+def _job(
+    rec: Record,
+    gain_margin: float,
+    given: Mapping[str, ProcessModel | PolyModel],
+    title: str,
+    truth: Mapping[str, float] | None,
+    limits: Limits,
+    found: list[Note],
+) -> Run:
+    """Do the main job, and add to `found` what a refusal further on may come from."""
+    healthy = _healthy(rec, limits, found)
     est, val, notes = _parts(rec, limits)
+    found += notes
     scan = _scan(est, limits)
+    found += scan.notes
     fits, left_out = candidates(est, scan.order, scan.nk, limits=limits)
-    earlier = _earlier(given or {}, fits)
+    earlier = _earlier(given, fits)
     judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
     verdicts = {row.name: row for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
-    found_best = trust(fits, own, closed_loop=_in_closed_loop(rec, own), limits=limits)
+    closed_loop = _in_closed_loop(rec, own)
+    best = trust(fits, own, closed_loop=closed_loop, limits=limits)
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
         record=rec,
-        findings={"health": found, "delay": scan},
+        findings={"health": healthy, "delay": scan},
         fits=fits,
         verdicts=verdicts,
-        trusted=found_best.name,
-        chosen=fits[found_best.name],
+        trusted=best.name,
+        chosen=fits[best.name],
         comparison=None,
         tunings=(),
         responses=(),
-        notes=(*notes, found_best.note, *left_out),
+        notes=(*notes, best.note, *left_out),
         truth=truth,
     )
     _check_plant(identified, est, val, limits)
-    return _tuned(
-        replace(identified, chosen=_chosen(identified, limits, refit=val is not est)),
-        gain_margin,
-        limits,
-    )
+    chosen = _chosen(identified, limits, refit=val is not est, closed_loop=closed_loop)
+    return _tuned(replace(identified, chosen=chosen), gain_margin, limits)
 
 
-def _healthy(rec: Record, limits: Limits) -> Health:
+def _healthy(rec: Record, limits: Limits, found: list[Note]) -> Health:
     """Look at the record; refuse what forbids a model."""
-    found = health(rec, limits)
-    for note in found.notes:
+    seen = health(rec, limits)
+    found += seen.notes
+    for note in seen.notes:
         if note.severity == "error":
-            raise from_note(note, found)
-    return found
+            raise from_note(note, seen)
+    return seen
 
 
 def _parts(rec: Record, limits: Limits) -> tuple[Record, Record, tuple[Note, ...]]:
@@ -359,16 +417,19 @@ def _raise_cause(est: Record, rec: Record, limits: Limits, *, but: str) -> None:
         raise
 
 
-def _chosen(run: Run, limits: Limits, *, refit: bool) -> Fit:
+def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
     """Fit the process model to all rows, and widen it by what the judge says."""
     fit = process(run.record, "P1D", limits=limits) if refit else run.fits["P1D"]
-    rival, judge = run.rival, None
+    rival, judge, feedback = run.rival, None, None
     if rival is not None:
         judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)  # type: ignore[union-attr]
     delay = (float(fit.theta[2]), float(fit.sd[2]), run.record.Ts)
-    factor, found = _core.judge(run.verdicts["P1D"], delay, judge, limits)
+    if closed_loop and rival == run.trusted and noise_holds(run.fits[rival], run.verdicts[rival]):
+        known = again(run.fits[rival], run.record, limits) if refit else run.fits[rival]
+        feedback = ((fit.model, flat(fit)), (known.model, flat(known)))
+    factor, found = _core.judge(run.verdicts["P1D"], delay, judge, feedback, limits)
     notes = notes_from_core(found)
-    P, sd = _core.widened(np.ascontiguousarray(fit.P).reshape(-1), len(fit.theta), factor)
+    P, sd = _core.widened(flat(fit), len(fit.theta), factor)
     return replace(fit, P=P.reshape(fit.P.shape), sd=sd, notes=(*fit.notes, *notes))
 
 

@@ -133,6 +133,8 @@ class Limits:
     """Least relative difference of mean squared errors that counts between ways to smooth."""
     V10: float = _DEFAULT["V10"]
     """Fit in percent within which models simulate fresh rows equally well."""
+    V11: float = _DEFAULT["V11"]
+    """Standard deviations by which feedback may move gain or time constant of a process model."""
     X12: float = _DEFAULT["X12"]
     """Standard deviations that a process gain must be away from zero to be tuned on."""
     C07: float = _DEFAULT["C07"]

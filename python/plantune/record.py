@@ -194,9 +194,10 @@ class Record:
         if len(where) < 2:
             raise refusal(
                 "D04",
-                f"{len(where)} rows between {start} s and {stop} s",
+                f"{len(where)} rows between {start} and {stop} {self.time_unit}",
                 count=len(where),
-                remedy=f"the record runs from {self.time[0]:g} s to {self.time[-1]:g} s",
+                remedy=f"the record runs from {self.time[0]:g} to {self.time[-1]:g} "
+                f"{self.time_unit}",
             )
         return self.take(slice(int(where[0]), int(where[-1]) + 1))
 
@@ -289,7 +290,7 @@ class Record:
 
     def __str__(self) -> str:
         return (
-            f"Record {_label(self)}: {self.N} rows, Ts {self.Ts:g} s, "
+            f"Record {_label(self)}: {self.N} rows, Ts {self.Ts:g} {self.time_unit}, "
             f"{len(self.starts)} segment{'s' if len(self.starts) > 1 else ''}"
         )
 

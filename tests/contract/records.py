@@ -16,7 +16,7 @@ TRUE_P1D = (2.5, -TS / math.log(0.8))  # K, T; the delay is 0
 FILES = ["model.json", "report.html", "run.json", "tuning.json"]
 
 EVERY = ("where", "count", "measured", "limit")
-FIELDS = {"type", "code", "text", "where", "count", "measured", "limit", "remedy"}
+FIELDS = {"type", "code", "text", "where", "count", "measured", "limit", "remedy", "notes"}
 CLASSES = {"U": "UsageError", "D": "DataError", "X": "NotIdentifiable", "M": "NotIdentifiable"}
 EXIT = {"U": 2, "D": 2, "X": 3, "M": 3, "N": 4, "R": 5, "C": 5}
 
@@ -123,7 +123,9 @@ def check_cli_refusal(tmp_path, code, needs, *arguments):
     out = tmp_path / "results" / "out"
     text = plantune("tune", *arguments, "--out", out)
     assert text.exit_code == EXIT[code[0]], text.output
-    lines = text.stderr.strip().splitlines()
+    printed = text.stderr.strip().splitlines()
+    lines = [line for line in printed if not line.startswith("found before: ")]
+    assert lines == printed[: len(lines)], text.stderr
     assert 2 <= len(lines) <= 3, text.stderr
     assert lines[0].startswith(f"{code}: "), text.stderr
     assert lines[-1].startswith("do: "), text.stderr

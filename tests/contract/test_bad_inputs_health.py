@@ -1,5 +1,8 @@
 """D18, D19, M09 and M11 of BAD_INPUTS.md, variant by variant, in Python and on the command line."""
 
+import pickle
+import sys
+import traceback
 from dataclasses import replace
 
 import numpy as np
@@ -70,6 +73,31 @@ def test_d18_a_loosened_limit_decides_and_is_noted(tmp_path):
     found = tuned(tmp_path, U, y, "--limit", "D18=0.4")["findings"]["health"]
     assert found["stuck"] == []
     assert [note["text"] for note in found["notes"]] == ["limit D18 is 0.4 instead of 0.2"]
+
+
+@pytest.mark.parametrize("rows", [slice(250, 600), slice(250, 950)])
+def test_d18_is_said_beside_a_refusal_that_it_may_have_caused(tmp_path, rows):
+    y = with_values(Y, Y[rows.start], rows)
+    error = refused(lambda: pt.job.run(record(y=y)), "X04", ("where", "count", "limit"))
+    note = error.notes[0]
+    assert (note.code, note.severity, note.where.row) == ("D18", "warning", rows.start)
+    assert f"from row {rows.start} to {rows.stop - 1}" in note.text
+    assert f"found before: {note}" in "".join(traceback.format_exception(error)).splitlines() or (
+        sys.version_info < (3, 11)  # later than the notes that a traceback shows
+    )
+    again = pickle.loads(pickle.dumps(error))
+    assert (again.notes, str(again)) == (error.notes, str(error))
+    path = write(tmp_path / "a.csv", U, y)
+    printed = plantune("tune", path, *COLUMNS, "--out", tmp_path / "out")
+    assert printed.stderr.startswith("X04: ")
+    assert f"found before: {note}" in printed.stderr.splitlines()
+    found = check_cli_refusal(tmp_path, "X04", ("where", "count", "limit"), path, *COLUMNS)
+    assert found["notes"][0]["text"] == note.text
+
+
+def test_d18_is_not_said_twice_where_it_is_the_refusal():
+    error = refused(lambda: pt.job.run(record(y=with_values(Y, 3.25, slice(0, 1000)))), "D18", ())
+    assert error.notes == ()
 
 
 # --- D19: spikes and sentinels ---

@@ -24,6 +24,7 @@ from contract.records import (
     strict_json,
     write,
 )
+from plantune.cli.summary import show
 
 RUN_FIELDS = [*pt.job.Run.__dataclass_fields__]
 
@@ -184,6 +185,50 @@ def test_the_limits_of_the_judge_decide_and_are_noted():
     assert not [text for text in texts if text.startswith("a polynomial model")]
 
 
+def engine(seed, *, level, loop):
+    """Simulate the engine with noise that drives it, in a tight loop or fed by steps."""
+    rng = np.random.default_rng(seed)
+    plant = pt.models.ProcessModel(K=-5.939, T=0.1491, L=0.1)
+    steps, noise = level * rng.choice([-1.0, 1.0], 500).repeat(10), 2 * rng.normal(size=5000)
+    if not loop:
+        return pt.Record(u=steps, y=plant.simulate(steps + noise, Ts=0.02), Ts=0.02)
+    pid = pt.models.PID(Kp=-0.1315, Ti=0.1491, Ts=0.02)
+    found = pt.simulate.closed_loop(plant, pid, steps, d=noise, Ts=0.02)
+    return pt.Record(u=found.u[:5000], y=found.y[:5000], r=steps, Ts=0.02)
+
+
+SEEDS = pytest.mark.parametrize(
+    "seeds", [range(2), pytest.param(range(2, 20), marks=pytest.mark.slow)]
+)
+
+
+@SEEDS
+def test_a_bias_by_feedback_is_said_and_the_widened_intervals_hold_the_truth(seeds):
+    """Without the widening none of the 20 intervals of the gain holds it."""
+    for seed in seeds:
+        run = pt.job.run(engine(seed, level=5.0, loop=True))
+        (note,) = [note for note in run.chosen.notes if note.code == "V11"]
+        assert (note.severity, note.limit) == ("warning", 2.0)
+        assert note.measured > 2
+        assert f"of {run.trusted}" in note.text
+        error = np.abs(run.chosen.theta - [-5.939, 0.1491, 0.1])
+        assert (error < 1.96 * run.chosen.sd).all()
+
+
+@SEEDS
+@pytest.mark.parametrize("loop", [False, True], ids=["open loop", "well driven loop"])
+def test_no_bias_by_feedback_is_said_where_there_is_none(loop, seeds):
+    for seed in seeds:
+        run = pt.job.run(engine(seed, level=50.0 if loop else 5.0, loop=loop))
+        assert "V11" not in codes(run)
+
+
+def test_the_limit_of_the_bias_by_feedback_decides():
+    run = pt.job.run(engine(0, level=5.0, loop=True), limits=pt.Limits(V11=10.0))
+    assert "limit V11 is 10 instead of 2" in [note.text for note in run.chosen.notes]
+    assert not [note for note in run.chosen.notes if "biased" in note.text]
+
+
 # --- the models ---
 
 
@@ -341,6 +386,34 @@ def test_tune_writes_its_four_files_and_only_those(dryer):
     assert "gain margin" in done.stdout
     assert "report.html" in done.stdout
     assert done.stderr == ""
+
+
+def test_notes_name_the_model_that_they_speak_of(dryer):
+    folder, done = dryer
+    run = pt.job.run(pt.datasets.hair_dryer())
+    assert {note.code for note in run.named_notes()} == {note.code for note in run.all_notes()}
+    page = (folder / "out" / "report.html").read_text(encoding="utf-8")
+    (white,) = [note for note in run.verdicts["P1D"].notes if note.code == "M08"]
+    of_p1d = [note for note in run.named_notes() if note.text == f"P1D: {white.text}"]
+    assert len(of_p1d) == 1
+    assert f"M08 P1D: {white.text}" in done.stdout
+    assert f"</code>P1D: {white.text}" in page
+    (reason,) = [note for note in run.notes if note.code == "V10"]
+    assert f"V10 {reason.text}" in done.stdout  # of the run as a whole
+
+
+def test_times_of_a_record_in_samples_are_no_seconds(tmp_path, capsys):
+    run = pt.job.run(record(Ts=1.0, units={"time": "sample"}))
+    show(run, tmp_path)
+    printed = capsys.readouterr().out
+    for label in ("Ti, sample ", "Ki, 1/sample ", "delay margin, sample ", "settling, sample "):
+        assert label in printed
+    assert "Ts 1 sample" in printed
+    title = pt.plot.closed_loop(run.responses[0], of=run.record).layout.title.text
+    assert title.split(" settling ")[1].split()[1] == "sample"
+    with pytest.raises(pt.DataError, match="rows between 5 and 5 sample") as caught:
+        run.record.between(5, 5)
+    assert caught.value.remedy.endswith("999 sample")
 
 
 def test_the_keys_of_json_are_field_names(dryer):

@@ -1,5 +1,7 @@
 """OE and ARMAX: the minimum that an independent search finds, in any units and segments."""
 
+import re
+
 import numpy as np
 import pytest
 from pytest import approx
@@ -320,3 +322,40 @@ def test_noise_differenced_once_too_often_never_gives_an_unstable_c(nc):
         y = signal.lfilter([0.0, 1.0], [1.0, -0.5], u) + signal.lfilter([1.0], [1.0, -0.5], noise)
         fit = estimate(pem.orders(na=1, nb=1, nc=nc), pt.Record(u=u, y=y, Ts=1.0))
         assert largest_root(fit.model.C) < 1
+
+
+# --- orders that are too high ---
+
+
+@pytest.mark.parametrize(
+    ("fit", "lower"),
+    [
+        (lambda rec: pt.estimate.oe(rec, 3, 3, 6), "nb = 1, nf = 1"),
+        (lambda rec: pt.estimate.oe(rec, 2, 3, 6), "nb = 1, nf = 1"),
+        (lambda rec: pt.estimate.armax(rec, 2, 2, 2, 6), "na = 1, nb = 1, nc = 1"),
+    ],
+)
+def test_orders_too_high_name_lower_ones_that_can_be_fitted(fit, lower):
+    """BAD_INPUTS, X10: the engine without noise is of first order."""
+    rec = pt.datasets.engine_loop()
+    with pytest.raises(pt.NotIdentifiable) as caught:
+        fit(rec)
+    assert (caught.value.code, caught.value.remedy) == ("X10", f"ask for {lower}")
+
+
+def test_lower_orders_are_named_per_input():
+    rng = np.random.default_rng(1)
+    u = rng.choice([-1.0, 1.0], (600, 2))
+    plants = [
+        pt.models.PolyModel(B=[0.5], F=[1, -0.8, 0.3], nk=1, Ts=1.0),
+        pt.models.PolyModel(B=[-2.0, 1.0], F=[1, -0.6], nk=2, Ts=1.0),
+    ]
+    y = sum(plant.simulate(u[:, i]) for i, plant in enumerate(plants))
+    rec = pt.Record(u=u, y=y, Ts=1.0)
+    assert pt.estimate.oe(rec, [1, 2], [2, 1], [1, 2]).loss < 1e-20
+    with pytest.raises(pt.NotIdentifiable) as caught:
+        pt.estimate.oe(rec, [3, 3], [3, 3], [1, 2])
+    assert caught.value.code == "X10"
+    nb, nf = (int(n) for n in re.findall(r"\[(\d), \d\]", caught.value.remedy))
+    assert caught.value.remedy == f"ask for nb = [{nb}, {nb}], nf = [{nf}, {nf}]"
+    assert pt.estimate.oe(rec, nb, nf, [1, 2]).status == "converged"

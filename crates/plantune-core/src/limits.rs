@@ -45,6 +45,8 @@ pub struct Limits {
     pub V09: f64,
     /// Fit in percent within which models simulate fresh data equally well.
     pub V10: f64,
+    /// Standard deviations by which feedback may move gain or time constant of a process model.
+    pub V11: f64,
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
     /// Least gain margin, as a factor, over the model's uncertainty.
@@ -77,6 +79,7 @@ impl Default for Limits {
             V07: 0.35,
             V09: 0.2,
             V10: 1.0,
+            V11: 2.0,
             X12: 2.0,
             C07: 2.0,
             C07_phase: 45.0,
@@ -86,7 +89,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 24] {
+    pub fn items(&self) -> [(&'static str, f64); 25] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -109,6 +112,7 @@ impl Limits {
             ("V07", self.V07),
             ("V09", self.V09),
             ("V10", self.V10),
+            ("V11", self.V11),
             ("X12", self.X12),
             ("C07", self.C07),
             ("C07_phase", self.C07_phase),

@@ -6,10 +6,16 @@ use crate::linalg::{Triangle, dot, residual_norm2};
 use crate::note::Place;
 use crate::record::Record;
 use crate::signal::correlate;
-use crate::stats::f_tail;
+use crate::stats::{f_tail, median, normal_quantile};
 
 /// Autoregression that takes up the colour of the output.
 const COLOUR: usize = 4;
+
+/// Chance that the largest correlation of unrelated signals, of all lags searched, passes for an answer.
+const FALSE_ALARM: f64 = 1e-3;
+
+/// Changes of u that a lag must leave in the record.
+const LEAST_MOVES: f64 = 10.0;
 
 /// p-value of the explanation `w` of the output `y`, both on consecutive rows of one segment each.
 ///
@@ -40,19 +46,26 @@ pub fn chance(segments: &[(Vec<f64>, Vec<f64>)]) -> f64 {
 }
 
 /// A delay from `first` samples on at which changes of y clearly follow changes of u, if there is one.
+///
+/// The correlation at a lag, times the root of its rows, is about normal where the two are unrelated: of
+/// deviation 1 if either is white, of more if both are coloured (Bartlett). As most lags hold no answer,
+/// the middle magnitude tells that deviation, and the largest must stand out from as many normal numbers
+/// as there are lags.
 pub fn follows_later(rec: &Record, input: usize, first: usize) -> Option<usize> {
     let (u, y) = (changes(&rec.input(input)), changes(&rec.output_held(0)));
     let (r, u_size, y_size) = (correlate(&u, &y), sizes(u.iter()), sizes(y.iter().rev()));
     let moves = running(u.iter().map(|x| f64::from(*x != 0.0)));
-    let strength = |lag: usize, r: f64| {
-        let n = u.len() - lag;
-        let size = u_size[n] * y_size[n];
-        if moves[n] >= 10.0 && size > 0.0 { (r / size).abs() * (n as f64).sqrt() } else { 0.0 }
-    };
-    let lags = first..u.len().min(rec.N() - rec.N() / 10);
-    let (lag, _) = lags.map(|lag| (lag, strength(lag, r[lag]))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let size = |lag: usize| u_size[u.len() - lag] * y_size[u.len() - lag];
+    let strength = |lag: usize, r: f64| (r / size(lag)).abs() * ((u.len() - lag) as f64).sqrt();
+    let lags = (first..u.len().min(rec.N() - rec.N() / 10))
+        .filter(|&lag| moves[u.len() - lag] >= LEAST_MOVES && size(lag) > 0.0);
+    let found: Vec<(usize, f64)> = lags.map(|lag| (lag, strength(lag, r[lag]))).collect();
+    let &(lag, _) = found.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     // The transform rounds by the whole record, which is much where most of y's motion is before the lag.
-    (strength(lag, dot(&u[..u.len() - lag], &y[lag..])) > 6.0).then_some(lag)
+    let largest = strength(lag, dot(&u[..u.len() - lag], &y[lag..]));
+    let bar = normal_quantile(1.0 - FALSE_ALARM / found.len() as f64);
+    let middle = median(found.into_iter().map(|(_, strength)| strength).collect());
+    (largest > bar * (middle / normal_quantile(0.5)).max(1.0)).then_some(lag)
 }
 
 fn changes(x: &[f64]) -> Vec<f64> {
@@ -87,21 +100,18 @@ pub fn beyond(rec: &Record, input: usize, lag: usize, limits: &Limits) -> Error 
 mod tests {
     use super::*;
     use crate::linalg::white;
+    use crate::poly::divide;
     use crate::signal::prbs;
 
-    /// The same answer lag by lag.
+    /// The lag of the largest correlation by direct sums.
     fn one_by_one(u: &[f64], y: &[f64], first: usize) -> Option<usize> {
         let N = u.len();
         let (u, y) = (changes(u), changes(y));
         let strength = |lag: usize| {
             let (u, y) = (&u[..N - 1 - lag], &y[lag..]);
-            let moves = u.iter().filter(|x| **x != 0.0).count();
-            let size = dot(u, u).sqrt() * dot(y, y).sqrt();
-            if moves >= 10 && size > 0.0 { (dot(u, y) / size).abs() * (u.len() as f64).sqrt() } else { 0.0 }
+            (dot(u, y) / (dot(u, u).sqrt() * dot(y, y).sqrt())).abs() * (u.len() as f64).sqrt()
         };
-        let lags = first..N - N / 10;
-        let (lag, most) = lags.map(|lag| (lag, strength(lag))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (most > 6.0).then_some(lag)
+        (first..N - N / 10).max_by(|a, b| strength(*a).total_cmp(&strength(*b)))
     }
 
     fn found(u: &[f64], y: &[f64], first: usize) -> Option<usize> {
@@ -117,7 +127,39 @@ mod tests {
                 (0..600).map(|t| if t < delay { 0.0 } else { u[t - delay] } + 0.05 * noise[t]).collect();
             assert_eq!(found(&u, &late, 200), Some(delay));
             assert_eq!(one_by_one(&u, &late, 200), Some(delay));
-            assert_eq!(found(&u, &noise, 200), one_by_one(&u, &noise, 200));
+            assert_eq!(found(&u, &noise, 200), None);
+        }
+    }
+
+    /// `x(t) = c1 x(t-1) + c2 x(t-2) + e(t)`.
+    fn coloured(N: usize, seed: u64, c1: f64, c2: f64) -> Vec<f64> {
+        let mut x = white(N, seed);
+        divide(&[1.0, -c1, -c2], &mut x);
+        x
+    }
+
+    /// A stated rate is a chance for each record: about one of these 2000 may be above the bar.
+    #[test]
+    fn unrelated_signals_of_any_colour_follow_nothing() {
+        let colours = [(0.0, 0.0), (1.0, 0.0), (0.95, 0.0), (1.9, -0.9025), (1.815, -0.9025)];
+        let mut alarms = 0;
+        for (i, (u1, u2)) in colours.into_iter().enumerate() {
+            for (j, (y1, y2)) in colours.into_iter().enumerate() {
+                for seed in 0..80 {
+                    let seed = (1000 * i + 100 * j) as u64 + seed;
+                    let (u, y) = (coloured(600, seed, u1, u2), coloured(600, 10_000 + seed, y1, y2));
+                    alarms += usize::from(found(&u, &y, 200).is_some());
+                }
+            }
+        }
+        assert!(alarms <= 6, "{alarms}");
+    }
+
+    /// Where both are white, their changes are not: the deviation is 1.22, and the largest of many above 6.
+    #[test]
+    fn long_unrelated_noise_follows_nothing() {
+        for seed in [5, 17, 24] {
+            assert_eq!(found(&white(100_000, seed), &white(100_000, 100 + seed), 33_333), None);
         }
     }
 

@@ -2,7 +2,9 @@
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Limits;
-use plantune_core::validate::{self, CheckOptions, Delay, Residuals, Rival, Scores, Verdict};
+use plantune_core::validate::{
+    self, CheckOptions, Delay, Estimated, Feedback, Residuals, Rival, Scores, Verdict,
+};
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
@@ -123,17 +125,31 @@ impl From<ScoresIn> for Scores {
     }
 }
 
+/// A model and its flat covariance.
+type EstimatedIn<'py> = (ModelIn, PyReadonlyArray1<'py, f64>);
+
+fn estimated((model, P): EstimatedIn<'_>) -> Outcome<Estimated> {
+    Ok(Estimated { model: model.0, P: P.as_slice().map_err(PyErr::from)?.to_vec() })
+}
+
 /// Factor for the standard deviations of the process model, and notes; `rival` is name, verdict and `nk`.
+///
+/// `feedback` holds the process model and the rival on the same rows, in closed loop.
 #[pyfunction]
+#[pyo3(signature = (process, delay, rival, feedback, limits))]
 fn judge(
     process: ScoresIn,
     delay: (f64, f64, f64),
     rival: Option<(String, ScoresIn, usize)>,
+    feedback: Option<(EstimatedIn<'_>, EstimatedIn<'_>)>,
     limits: LimitsIn,
-) -> (f64, Vec<NoteOut>) {
+) -> Outcome<(f64, Vec<NoteOut>)> {
     let (L, sd, Ts) = delay;
-    let rival = rival.map(|(name, scores, nk)| Rival { name, scores: scores.into(), nk });
+    let both =
+        |(process, poly)| Outcome::Ok(Feedback { process: estimated(process)?, poly: estimated(poly)? });
+    let feedback = feedback.map(both).transpose()?;
+    let rival = rival.map(|(name, scores, nk)| Rival { name, scores: scores.into(), nk, feedback });
     let (factor, found) =
         validate::judge(&process.into(), Delay { L, sd, Ts }, rival.as_ref(), &limits.into());
-    (factor, notes(&found))
+    Ok((factor, notes(&found)))
 }

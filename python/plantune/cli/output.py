@@ -60,7 +60,8 @@ def write_run(folder: Path, run: Run) -> Path:
 def fail(error: PlantuneError, as_json: bool, studied: dict[str, Any] | None = None) -> None:
     """Print a refusal: one JSON object, or at most three lines on standard error.
 
-    The fields of a partial run that was `studied` stand beside the error in JSON.
+    The doubts found before it follow, a line each.  The fields of a partial run that was `studied`
+    stand beside the error in JSON; as text that run has shown its doubts already.
     """
     if as_json:
         fields = {"error": to_json(as_dict(error)), **(studied or {})}
@@ -71,6 +72,8 @@ def fail(error: PlantuneError, as_json: bool, studied: dict[str, Any] | None = N
     console.print(Text(first, style="bold red"))
     for line in rest:
         console.print(Text(line))
+    for note in error.notes if studied is None else ():
+        console.print(Text("found before: ", style="dim") + Text(str(note)))
 
 
 def as_dict(error: PlantuneError) -> dict[str, Any]:
@@ -85,6 +88,7 @@ def as_dict(error: PlantuneError) -> dict[str, Any]:
         "measured": error.measured,
         "limit": error.limit,
         "remedy": error.remedy,
+        "notes": error.notes,
     }
 
 

@@ -29,7 +29,7 @@ def show(run: Run, folder: Path) -> None:
         console.print(f"{run.tunings[0].rule}, step of the set point with the exact delay")
         console.print(_settings(run))
         console.print(_rules(run.comparison))
-    for note in run.all_notes():
+    for note in run.named_notes():
         console.print(_note(note), soft_wrap=True)
     console.print(Text(f"report: {folder / 'report.html'}", style="bold"), soft_wrap=True)
 
@@ -83,18 +83,18 @@ def _model(run: Run) -> Table:
 
 
 def _settings(run: Run) -> Table:
-    tuning = run.tunings[0]
+    tuning, time = run.tunings[0], run.record.time_unit
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("")
     table.add_column("value", justify="right")
     table.add_column("95 % over the model's uncertainty", justify="right")
     pid, margins = tuning.controller, tuning.margins
-    for name, value in (("Kp", pid.Kp), ("Ti, s", pid.Ti), ("Ki, 1/s", pid.Ki)):
+    for name, value in (("Kp", pid.Kp), (f"Ti, {time}", pid.Ti), (f"Ki, 1/{time}", pid.Ki)):
         table.add_row(name, f"{value:.5g}", "")
     for name, field, value in (
         ("gain margin", "gain", margins.gain),
         ("phase margin, deg", "phase_deg", margins.phase_deg),
-        ("delay margin, s", "delay", margins.delay),
+        (f"delay margin, {time}", "delay", margins.delay),
         ("Ms", "Ms", margins.Ms),
         ("Mt", "Mt", margins.Mt),
     ):
@@ -102,7 +102,7 @@ def _settings(run: Run) -> Table:
         table.add_row(name, f"{value:.4g}", f"{band[0]:.4g} … {band[1]:.4g}" if band else "")
     indices = run.responses[0].indices
     table.add_row("overshoot, %", f"{indices.overshoot:.3g}", "")
-    table.add_row("settling, s", f"{indices.settling:.4g}", "")
+    table.add_row(f"settling, {time}", f"{indices.settling:.4g}", "")
     return table
 
 

@@ -53,7 +53,7 @@ def robot_arm() -> Record:
     --------
     >>> rec = robot_arm()
     >>> print(rec)
-    Record torque -> acceleration: 1024 rows, Ts 1 s, 1 segment
+    Record torque -> acceleration: 1024 rows, Ts 1 sample, 1 segment
     >>> rec.log[-1]
     'the source does not state the sampling time: Ts = 1.0, unit sample'
     """

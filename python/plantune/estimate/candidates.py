@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from plantune.errors import NotIdentifiable, NumericsError
 from plantune.estimate.arx import arx
@@ -71,6 +72,25 @@ def candidates(
         note_of(error, "warning", f"{name} is left out: {error.text}")
         for name, error in refused.items()
     )
+
+
+def again(fit: Fit, rec: Record, limits: Limits | None = None) -> Fit:
+    """Fit one of the polynomial candidates to other rows; itself where these do not support it.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> rec = pt.datasets.engine_loop(noise_var=1.5)
+    >>> first = pt.estimate.armax(rec.split(0.5)[0], 1, 1, 1, 6)
+    >>> first.N, again(first, rec).N
+    (1494, 2994)
+    """
+    model: Any = fit.model
+    try:
+        found = _STRUCTURES[fit.method](rec, len(model.B), model.nk, limits)
+    except _REFUSALS:
+        return fit
+    return found if is_sound(found) else fit
 
 
 def is_sound(fit: Fit) -> bool:

@@ -48,7 +48,7 @@ def closed_loop(
     settling = _numbers(responses, "settling", ".3g")
     iae, itae = _numbers(responses, "iae", ".3g"), _numbers(responses, "itae", ".3g")
     fig = figure(
-        f"Closed loop: overshoot {overshoot} %, settling {settling} s",
+        f"Closed loop: overshoot {overshoot} %, settling {settling} {signals.time_unit}",
         f"simulated step of the set point, changes from the operating point; IAE {iae}, "
         f"ITAE {itae}",
         [240, 150],

@@ -91,10 +91,7 @@ def _kind(run: Run) -> str:
 
 def notes(run: Run) -> str:
     """Doubts first, remarks after them, each with evidence and remedy."""
-    found: dict[Note, list[str]] = {}
-    for origin, part in _parts(run):
-        for note in part.notes:
-            found.setdefault(note, []).append(origin)
+    found = run.named_notes()
     order = ("error", "warning", "info")
     ranked = sorted(found, key=lambda note: order.index(note.severity))
     if not ranked:
@@ -226,21 +223,6 @@ def provenance(run: Run) -> str:
     return section("provenance", f"{body}<h3>Preparation steps</h3>{steps}")
 
 
-def _parts(run: Run) -> list[tuple[str, Any]]:
-    """Pair everything that the outcome relies on with what it is called."""
-    return [
-        ("run", run),
-        *(
-            ("delay scan" if name == "delay" else name, finding)
-            for name, finding in run.findings.items()
-        ),
-        *((f"{name} fit", run.fits[name]) for name in run.relied),
-        *((f"{name} judged", run.verdicts[name]) for name in run.relied),
-        *([(f"{run.chosen.method} for the settings", run.chosen)] if run.tunings else []),
-        *zip(rule_names(run)[:1], run.tunings[:1], strict=True),
-    ]
-
-
 def _facts(run: Run) -> str:
     facts: list[tuple[str, str, str]] = []
     if run.tunings:
@@ -280,7 +262,7 @@ def _margin(tuning: Tuning, name: str) -> str:
     return with_interval(getattr(tuning.margins, name), tuning.bands.get(name))
 
 
-def _note(note: Note, origins: list[str]) -> str:
+def _note(note: Note, origins: tuple[str, ...]) -> str:
     kind = "info" if note.severity == "info" else "warning"
     lines = [f"<p><code>{escaped(note.code)}</code>{escaped(note.text, 500)}</p>"]
     small = "; ".join(part for part in (", ".join(origins), note.evidence) if part)

@@ -140,6 +140,20 @@ def _objections(fits: Mapping[str, Fit], verdicts: Mapping[str, Verdict]) -> dic
     return {**grave, **dict.fromkeys(others, "its errors follow the input")}
 
 
+def noise_holds(fit: Fit, verdict: Verdict) -> bool:
+    """Whether the noise model may be true, so that feedback does not bias the model.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> est, val = pt.datasets.engine_loop(noise_var=1.5).split(0.5)
+    >>> fits = pt.estimate.armax(est, 1, 1, 1, 6), pt.estimate.oe(est, 1, 1, 6)
+    >>> [noise_holds(fit, pt.validate.check(val, fit)) for fit in fits]
+    [True, False]
+    """
+    return fit.method in _IN_CLOSED_LOOP and _white(verdict)
+
+
 def _eligible(
     fits: Mapping[str, Fit],
     verdicts: Mapping[str, Verdict],
@@ -158,7 +172,7 @@ def _eligible(
         return max(verdicts[name].fit for name in names)
 
     pool = free if free and best(sound) - best(free) <= limits.V03 else sound
-    true = [n for n in pool if fits[n].method in _IN_CLOSED_LOOP and _white(verdicts[n])]
+    true = [n for n in pool if noise_holds(fits[n], verdicts[n])]
     return true if closed_loop and true else pool
 
 

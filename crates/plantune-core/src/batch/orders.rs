@@ -29,6 +29,23 @@ pub struct Orders {
     pub nk: Vec<usize>,
 }
 
+/// `na = 1, nb = 2`, and one number per input in brackets where there are several; no zeros.
+impl std::fmt::Display for Orders {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let one = |n: usize| (n > 0).then(|| n.to_string());
+        let each = |n: &[usize]| if n.len() == 1 { one(n[0]) } else { Some(format!("{n:?}")) };
+        let all = [
+            ("na", one(self.na)),
+            ("nb", each(&self.nb)),
+            ("nc", one(self.nc)),
+            ("nd", one(self.nd)),
+            ("nf", each(&self.nf)),
+        ];
+        let said = all.into_iter().filter_map(|(name, n)| Some(format!("{name} = {}", n?)));
+        f.write_str(&said.collect::<Vec<String>>().join(", "))
+    }
+}
+
 impl Orders {
     /// `A y = B u + d + e`.
     pub fn arx(na: usize, nb: Vec<usize>, nk: Vec<usize>) -> Self {
@@ -49,6 +66,20 @@ impl Orders {
     /// Number of coefficients.
     pub fn n(&self) -> usize {
         self.na + self.nb.iter().sum::<usize>() + self.nc + self.nd + self.nf.iter().sum::<usize>()
+    }
+
+    /// The same with all orders cut to less and less, down to 1; the delays stay.
+    pub fn lower(&self) -> impl Iterator<Item = Orders> {
+        let most = self.nb.iter().chain(&self.nf).chain([&self.na, &self.nc, &self.nd]).max().copied();
+        let cut = |orders: &[usize], n: usize| orders.iter().map(|&k| k.min(n)).collect();
+        (1..most.unwrap_or(0)).rev().map(move |n| Orders {
+            na: self.na.min(n),
+            nb: cut(&self.nb, n),
+            nc: self.nc.min(n),
+            nd: self.nd.min(n),
+            nf: cut(&self.nf, n),
+            nk: self.nk.clone(),
+        })
     }
 
     /// Rows until every lag of `A` and `B` lies in the record.

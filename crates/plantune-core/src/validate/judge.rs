@@ -2,8 +2,10 @@
 //!
 //! A process model is what a controller is tuned on; the polynomial model that is trusted most is not bound
 //! to its shape. Where the latter simulates fresh data clearly better, or needs another delay, the process
-//! model is an approximation, and its band is widened by what it leaves unexplained.
+//! model is an approximation, and its band is widened by what it leaves unexplained; in closed loop also by
+//! what feedback moved ([`Feedback`]).
 
+use super::feedback::{Feedback, biased};
 use crate::limits::Limits;
 use crate::note::{Note, Place};
 
@@ -27,6 +29,8 @@ pub struct Rival {
     pub scores: Scores,
     /// Its delay, samples.
     pub nk: usize,
+    /// In closed loop, both models on the same rows, if the noise model of this one stays true there.
+    pub feedback: Option<Feedback>,
 }
 
 /// A delay with its standard deviation and the sample time, seconds.
@@ -61,7 +65,7 @@ pub fn judge(process: &Scores, delay: Delay, rival: Option<&Rival>, limits: &Lim
 
 /// Factor for what the polynomial model sees and the process model does not.
 fn compared(process: &Scores, delay: Delay, rival: &Rival, limits: &Limits) -> (f64, Vec<Note>) {
-    let Rival { name, scores: poly, nk } = rival;
+    let Rival { name, scores: poly, nk, feedback } = rival;
     let mut notes = Vec::new();
     let mut factor = 1.0;
     if poly.fit - process.fit > limits.V03 {
@@ -96,6 +100,11 @@ fn compared(process: &Scores, delay: Delay, rival: &Rival, limits: &Limits) -> (
             .remedy("part of L stands for lags that one time constant cannot show"),
         );
     }
+    let so_far = (process.widening, delay.Ts);
+    if let Some((moved, note)) = feedback.as_ref().and_then(|f| biased(f, name, so_far, limits)) {
+        factor *= moved;
+        notes.push(note);
+    }
     (factor, notes)
 }
 
@@ -107,7 +116,7 @@ mod tests {
     const DELAY: Delay = Delay { L: 0.4, sd: 0.0, Ts: 0.1 };
 
     fn judged(process: Scores, poly: Scores, delay: Delay, nk: usize) -> (f64, Vec<&'static str>) {
-        let rival = Rival { name: "ARX".into(), scores: poly, nk };
+        let rival = Rival { name: "ARX".into(), scores: poly, nk, feedback: None };
         let (factor, notes) = judge(&process, delay, Some(&rival), &Limits::default());
         (factor, notes.iter().map(|n| n.code).collect())
     }

@@ -1,10 +1,12 @@
 //! Whether a model holds on data: fit, criteria, residuals.
 
+mod feedback;
 mod judge;
 mod plausibility;
 mod residuals;
 mod verdict;
 
+pub use feedback::{Estimated, Feedback};
 pub use judge::{Delay, Rival, Scores, judge};
 pub use plausibility::plausible;
 pub use residuals::{Residuals, residuals};

@@ -35,8 +35,23 @@ pub struct PemOptions {
 }
 
 /// Fits the orders to the record's only output.
+///
+/// Orders that are too high (X10) are refused with lower ones that the data support, if there are any.
 pub fn pem(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -> Result<Fit> {
     orders.check(rec, options.offset, limits)?;
+    fitted(rec, orders, options, limits).map_err(|refusal| {
+        if refusal.code() != "X10" {
+            return refusal;
+        }
+        match orders.lower().find(|lower| fitted(rec, lower, options, limits).is_ok()) {
+            Some(lower) => refusal.remedy(format!("ask for {lower}")),
+            None => refusal,
+        }
+    })
+}
+
+/// The same without advice.
+fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -> Result<Fit> {
     let mut predictor = Predictor::new(rec, orders, options.offset, options.start);
     let all = orders.n() + usize::from(options.offset);
     let N = predictor.N();
