@@ -12,6 +12,7 @@ from plantune.analyze import DelayScan, Health, delay, health
 from plantune.errors import NotIdentifiable, PlantuneError, from_note, refusal
 from plantune.estimate import Fit, candidates, process
 from plantune.estimate.candidates import again, is_sound
+from plantune.estimate.fit import flat
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
 from plantune.record import Record
@@ -19,7 +20,6 @@ from plantune.simulate import Response
 from plantune.text import column
 from plantune.tune import Comparison, Tuning, imc_pi
 from plantune.tune import compare as compare_rules
-from plantune.tune.bands import flat
 from plantune.tune.compare import DEFAULT_RULES
 from plantune.validate import Verdict, check, compare, trust
 from plantune.validate.trust import noise_holds

@@ -2,6 +2,7 @@
 
 mod draws;
 mod eigen;
+mod gram;
 mod kernel;
 mod levenberg;
 mod qr;
@@ -14,6 +15,7 @@ pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;
 pub use eigen::{eigenvalues, symmetric_eigenvalues};
+pub use gram::Gram;
 pub use kernel::{dot, extent, scale_into, sum, vectorised};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};
 pub use qr::{BLOCK, Block, Triangle};

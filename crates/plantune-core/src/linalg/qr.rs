@@ -32,9 +32,9 @@ impl Block {
         Block { n, data: Lines::new(BLOCK * n), rows: 0, lanes: Lines::new(n * n * LANES), reduced: false }
     }
 
-    /// Takes `n` columns from now on, at most as many as there is room for.
-    pub fn take_columns(&mut self, n: usize) {
-        self.n = n;
+    /// Number of columns.
+    pub fn n(&self) -> usize {
+        self.n
     }
 
     /// Rows still free; at least one.
@@ -70,9 +70,10 @@ impl Block {
     /// Reflects the rows into the triangles of the lanes.
     fn reduce(&mut self) {
         let rows = self.rows.next_multiple_of(LANES);
-        let columns = &mut self.data[..BLOCK * self.n];
-        columns.chunks_exact_mut(BLOCK).for_each(|column| column[self.rows..rows].fill(0.0));
-        absorb(&mut self.lanes[..self.n * self.n * LANES], self.n, columns, BLOCK, rows);
+        for column in self.data.chunks_exact_mut(BLOCK) {
+            column[self.rows..rows].fill(0.0);
+        }
+        absorb(&mut self.lanes, self.n, &mut self.data, BLOCK, rows);
         self.rows = 0;
         self.reduced = true;
     }
@@ -120,6 +121,12 @@ impl Triangle {
         Triangle { n, r: vec![0.0; n * n] }
     }
 
+    /// From its rows, which hold nothing below the diagonal that counts.
+    pub(super) fn of_upper(n: usize, mut r: Vec<f64>) -> Self {
+        (1..n).for_each(|i| r[i * n..][..i].fill(0.0));
+        Triangle { n, r }
+    }
+
     /// Number of columns.
     pub fn n(&self) -> usize {
         self.n
@@ -149,7 +156,7 @@ impl Triangle {
             block.reduce();
         }
         if block.reduced {
-            gather(&mut self.r, self.n, &mut block.lanes[..self.n * self.n * LANES], &mut block.data);
+            gather(&mut self.r, self.n, &mut block.lanes, &mut block.data);
             block.reduced = false;
         }
     }

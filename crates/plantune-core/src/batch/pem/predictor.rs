@@ -22,7 +22,9 @@ use std::ops::Range;
 use super::super::orders::Orders;
 use super::layout::Layout;
 use super::lines::Lines;
-use crate::linalg::{Block, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2, vectorised};
+use crate::linalg::{
+    BLOCK, Block, Gram, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2, vectorised,
+};
 use crate::model::PolyModel;
 use crate::poly::{is_stable, reflected};
 use crate::record::{Record, Scale};
@@ -57,7 +59,10 @@ pub(super) struct Predictor<'r, 'a> {
     model: PolyModel,
     layout: Layout,
     lines: Lines,
-    block: Block,
+    /// Rows on their way into a QR, once one was needed.
+    block: Option<Block>,
+    /// Whether columns have been far enough from dependence for sums of their products.
+    by_products: bool,
 }
 
 /// Parameters, their cost, the states used there, and what is left of the states' columns.
@@ -107,8 +112,9 @@ impl<'r, 'a> Predictor<'r, 'a> {
             x0: vec![vec![0.0; states]; stretches.len()],
             best: None,
             model: orders.model(&vec![0.0; orders.n()], rec.Ts),
-            block: Block::new(layout.columns.len() + 1 + FURTHER * (rec.nu + 1)),
+            block: None,
             lines: Lines::new(layout.count, past),
+            by_products: true,
             layout,
             rec,
             orders,
@@ -174,33 +180,81 @@ impl<'r, 'a> Predictor<'r, 'a> {
     /// Starts another descent.
     pub(super) fn restart(&mut self) {
         self.best = None;
+        self.by_products = true;
         self.x0.iter_mut().for_each(|x| x.fill(0.0));
     }
 
     /// Triangle of `[initial state | theta, constant | eps]` of one stretch.
     fn stretch(&mut self, s: usize, constant: f64) -> Triangle {
         let n = self.layout.columns.len() + 1;
+        if self.by_products {
+            let mut gram = Gram::new(n);
+            self.pass(s, constant, |own, rows| {
+                gram.add(|j| own.column(j, rows.clone()));
+            });
+            if let Some(triangle) = gram.triangle() {
+                return triangle;
+            }
+            self.by_products = false;
+        }
+        let mut block = self.block.take().filter(|block| block.n() == n).unwrap_or_else(|| Block::new(n));
+        self.pass(s, constant, |own, rows| own.fill(&mut block, rows));
         let mut triangle = Triangle::new(n);
-        self.block.take_columns(n);
+        triangle.absorb(&mut block);
+        self.block = Some(block);
+        triangle
+    }
+
+    /// Brings a stretch through the model block by block, and hands on which rows of the lines count.
+    fn pass(&mut self, s: usize, constant: f64, mut take: impl FnMut(&mut Self, Range<usize>)) {
         self.lines.clear();
         let Range { start, end } = self.stretches[s];
         let first = start + self.history;
         let mut t = first;
         while t < end {
-            let len = self.block.free().min(end - t);
+            let len = BLOCK.min(end - t);
             let state = (t == first).then_some(s);
             vectorised(
                 #[inline(always)]
                 || self.run(t..t + len, start, constant, state),
             );
-            self.fill(t, len);
+            let mut from = 0;
+            while from < len {
+                let counts = |k: &usize| self.rec.is_valid(t + k, 0);
+                let to = if self.rec.valid.is_none() {
+                    len
+                } else {
+                    from + (from..len).take_while(counts).count()
+                };
+                if to > from {
+                    take(self, from..to);
+                }
+                from = to.max(from + 1);
+            }
             t += len;
             if t < end {
                 self.lines.pass(len);
             }
         }
-        triangle.absorb(&mut self.block);
-        triangle
+    }
+
+    /// Some of the rows at hand of a column, the last of which is `eps`.
+    fn column(&self, j: usize, rows: Range<usize>) -> &[f64] {
+        let (line, lag) = self.layout.columns.get(j).copied().unwrap_or((self.layout.eps(), 0));
+        &self.lines.late(line, lag, rows.end)[rows.start..]
+    }
+
+    /// Moves rows into the block.
+    fn fill(&self, block: &mut Block, rows: Range<usize>) {
+        let mut from = rows.start;
+        while from < rows.end {
+            let to = rows.end.min(from + block.free());
+            for j in 0..block.n() {
+                block.next_rows(j, to - from).copy_from_slice(self.column(j, from..to));
+            }
+            block.grow(to - from);
+            from = to;
+        }
     }
 
     /// Brings all signals through the model over some rows; the first ones of a stretch get its `state`.
@@ -220,21 +274,25 @@ impl<'r, 'a> Predictor<'r, 'a> {
         }
         for (i, path) in layout.paths.iter().enumerate() {
             let first = path.group.first();
-            lines.rows(first, len).fill(0.0);
+            let divided = self.orders.nf[i] > 0;
+            let (sum, sign) = if divided { (first, 1.0) } else { (layout.v, -1.0) };
+            if divided {
+                lines.rows(first, len).fill(0.0);
+            }
             for (k, line) in path.u.clone().enumerate() {
                 let lag = delayed(&u[i], model.nk[i] + k, &rows, start);
-                lines.take([line, first], lag, model.B[i][k], len);
+                lines.take([line, sum], lag, sign * model.B[i][k], len);
             }
             if let Some(impulse) = path.impulse {
                 let (own, rest) = x0.split_at(if begins { self.orders.nf[i] } else { 0 });
                 lines.begin([first, impulse], own, 1.0, len);
                 x0 = rest;
             }
-            if self.orders.nf[i] > 0 {
+            if divided {
                 lines.divide(&model.F[i], path.group, -1.0, len);
+                let [v, w] = lines.two([layout.v, first], len);
+                v.iter_mut().zip(w).for_each(|(v, w)| *v -= *w);
             }
-            let [v, w] = lines.two([layout.v, first], len);
-            v.iter_mut().zip(w).for_each(|(v, w)| *v -= *w);
         }
         let Some(noise) = &layout.noise else { return };
         lines.product(&model.D, layout.v, noise.group.first(), len);
@@ -248,23 +306,6 @@ impl<'r, 'a> Predictor<'r, 'a> {
             lines.begin([noise.group.first(), impulse], x0, -1.0, len);
         }
         lines.divide(&model.C, noise.group, 1.0, len);
-    }
-
-    /// Moves the rows `t..t+len` that count into the block.
-    fn fill(&mut self, t: usize, len: usize) {
-        let Predictor { lines, layout, block, rec, .. } = self;
-        let mut from = 0;
-        while from < len {
-            let counts = |k: usize| rec.is_valid(t + k, 0);
-            let run = if rec.valid.is_none() { len } else { (from..len).take_while(|&k| counts(k)).count() };
-            for (j, &(line, lag)) in layout.columns.iter().chain([&(layout.eps(), 0)]).enumerate() {
-                block.next_rows(j, run).copy_from_slice(&lines.late(line, lag, from + run)[from..]);
-            }
-            if run > 0 {
-                block.grow(run);
-            }
-            from += run.max(1);
-        }
     }
 }
 
