@@ -6,7 +6,7 @@ use plantune_core::model::{self, Model, Pid, PolyModel, ProcessModel};
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
-use crate::values::{Array, array};
+use crate::values::{Array, Frozen, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(simulate, m)?)?;
@@ -115,11 +115,11 @@ pub enum ModelOut {
 
 #[derive(IntoPyObject)]
 pub struct PolyOut {
-    A: Vec<f64>,
-    B: Vec<Vec<f64>>,
-    C: Vec<f64>,
-    D: Vec<f64>,
-    F: Vec<Vec<f64>>,
+    A: Frozen,
+    B: Vec<Frozen>,
+    C: Frozen,
+    D: Frozen,
+    F: Vec<Frozen>,
     nk: Vec<usize>,
     Ts: f64,
 }
@@ -135,7 +135,9 @@ impl From<Model> for ModelOut {
     fn from(model: Model) -> Self {
         match model {
             Model::Poly(PolyModel { A, B, C, D, F, nk, Ts }) => {
-                ModelOut::Poly(PolyOut { A, B, C, D, F, nk, Ts })
+                let each = |p: Vec<Vec<f64>>| p.into_iter().map(Frozen).collect();
+                let (A, C, D) = (Frozen(A), Frozen(C), Frozen(D));
+                ModelOut::Poly(PolyOut { A, B: each(B), C, D, F: each(F), nk, Ts })
             }
             Model::Process(ProcessModel { K, T, L }) => ModelOut::Process(ProcessOut { K, T, L }),
         }

@@ -1,8 +1,10 @@
 //! Records, limits, models and notes across the border.
 
+use numpy::ndarray::Array2;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::record::fingerprint;
 use plantune_core::{Limits, Note, Record};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -153,10 +155,26 @@ pub fn array<'py>(py: Python<'py>, x: Vec<f64>) -> Array<'py> {
 /// An array `(N, width)`.
 pub type Matrix<'py, T = f64> = Bound<'py, PyArray2<T>>;
 
+/// Numbers on their way to an array that cannot be written.
+pub struct Frozen(pub Vec<f64>);
+
+impl<'py> IntoPyObject<'py> for Frozen {
+    type Target = PyArray1<f64>;
+    type Output = Array<'py>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let array = array(py, self.0);
+        array.try_readwrite().map_err(PyErr::from)?.make_nonwriteable();
+        Ok(array)
+    }
+}
+
 /// Row-major numbers as an array `(N, width)`.
 pub fn matrix<T: numpy::Element>(py: Python<'_>, x: Vec<T>, width: usize) -> PyResult<Matrix<'_, T>> {
     let rows = x.len() / width.max(1);
-    PyArray1::from_vec(py, x).reshape([rows, width])
+    let array = Array2::from_shape_vec((rows, width), x).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok(PyArray2::from_owned_array(py, array))
 }
 
 /// Checks a record and returns the fingerprint of its numbers.

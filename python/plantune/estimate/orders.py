@@ -52,6 +52,6 @@ def _whole(name: str, value: object) -> int:
 
 
 def _per_input(name: str, value: PerInput, nu: int) -> list[int]:
-    if isinstance(value, Sequence):
+    if type(value) is not int and isinstance(value, Sequence):
         return [_whole(name, v) for v in value]
     return [_whole(name, value)] * nu

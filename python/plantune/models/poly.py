@@ -73,19 +73,11 @@ class PolyModel(LinearModel):
     @classmethod
     def of_core(cls, d: Mapping[str, Any]) -> PolyModel:
         """Return the model that the core sends: one input has its polynomials bare."""
-        single = len(d["B"]) == 1
-        B, F = [_held(b) for b in d["B"]], [_held(f) for f in d["F"]]
         model = object.__new__(cls)  # what the core sends is checked there
-        for name, value in (
-            ("A", _held(d["A"])),
-            ("B", B[0] if single else B),
-            ("C", _held(d["C"])),
-            ("D", _held(d["D"])),
-            ("F", F[0] if single else F),
-            ("nk", d["nk"][0] if single else d["nk"]),
-            ("Ts", d["Ts"]),
-        ):
-            object.__setattr__(model, name, value)
+        single = len(d["B"]) == 1
+        for name, value in d.items():
+            bare = single and name in ("B", "F", "nk")
+            object.__setattr__(model, name, value[0] if bare else value)
         return model
 
     @property
@@ -127,12 +119,6 @@ class PolyModel(LinearModel):
             if len(p) > 1
         ]
         return "\n".join([head, *own[:1], *lines, *own[1:], f"Ts = {self.Ts:g} s"])
-
-
-def _held(p: Sequence[float]) -> Floats:
-    x = np.array(p)
-    x.flags.writeable = False
-    return x
 
 
 def _polynomial(p: Any, name: str) -> Floats:

@@ -4,6 +4,9 @@ use std::ops::Range;
 
 use crate::linalg::{BLOCK, Recursion};
 
+/// Beside scaled data this is nothing; what decays ends here, before processors become slow on it.
+const NOTHING: f64 = 1e-100;
+
 /// Lines of up to [`BLOCK`] rows, and some before them.
 pub(super) struct Lines {
     past: usize,
@@ -28,6 +31,9 @@ impl Lines {
         for line in self.data.chunks_exact_mut(past + BLOCK) {
             for i in 0..past {
                 line[i] = line[len + i];
+            }
+            if line[..past].iter().all(|x| x.abs() < NOTHING) {
+                line[..past].fill(0.0);
             }
         }
     }
