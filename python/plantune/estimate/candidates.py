@@ -33,8 +33,9 @@ def candidates(
         One input, one output.
     order : int
         Highest order `na = nb` or `nf = nb`, >= 1, such as that of a delay scan.  Each polynomial
-        structure takes the order up to it with the least BIC per row, a sound fit before one whose
-        search did not converge (N05) or whose parameters cannot be told apart (X10).
+        structure takes the order up to it with the least BIC per row, one whose search did not
+        converge (N05) or whose parameters cannot be told apart (X10) only where it halves the
+        loss of the sound ones.
     nk : int
         Delay in samples, such as that of a delay scan.
     limits : Limits, optional
@@ -129,9 +130,11 @@ def _fitted(rec: Record, name: str, order: int, nk: int, limits: Limits | None) 
         except _REFUSALS:
             if n == 1 and not fits:
                 raise
-    return min(fits, key=_cost)
+    best = min(fits, key=_bic)
+    sound = min(filter(is_sound, fits), key=_bic, default=best)
+    return best if 2.0 * best.loss < sound.loss else sound
 
 
-def _cost(fit: Fit) -> tuple[bool, float]:
+def _bic(fit: Fit) -> float:
     """BIC per row, since a higher order leaves fewer rows."""
-    return not is_sound(fit), fit.bic / fit.N
+    return fit.bic / fit.N

@@ -13,7 +13,7 @@ use super::qr::Triangle;
 use super::solve::solve_damped;
 
 /// Cosine between the residual and the space of the gradient's columns at a minimum (Bates and Watts 1981).
-const GRADIENT: f64 = 3e-8;
+const GRADIENT: f64 = 1e-8;
 
 /// The same where rounding lets no step lower the cost any more.
 const ROUNDED: f64 = 1e-5;
@@ -64,8 +64,11 @@ pub struct Minimum {
 impl Minimum {
     /// Costs that agree to rounding are told apart by their slopes.
     fn is_below(&self, other: &Minimum) -> bool {
-        self.cost < other.cost * (1.0 - TIE)
-            || (self.cost <= other.cost * (1.0 + TIE) && self.slope < other.slope)
+        self.cost < other.cost * (1.0 - TIE) || (self.ties(other) && self.slope < other.slope)
+    }
+
+    fn ties(&self, other: &Minimum) -> bool {
+        (self.cost - other.cost).abs() <= TIE * other.cost
     }
 }
 
@@ -99,7 +102,11 @@ pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Min
                 best.converged = best.slope <= ROUNDED;
                 break;
             }
-            _ => {
+            trial => {
+                if trial.is_some_and(|trial| trial.ties(&best)) {
+                    // Its slope may date from initial states that were not yet the best.
+                    best = Minimum::at(problem, best.theta)?;
+                }
                 memory = Memory::default();
                 damping = (10.0 * damping).max(1e-3);
             }
