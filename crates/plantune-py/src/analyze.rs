@@ -6,7 +6,8 @@ use plantune_core::excitation::{check_input_motion, excitation_order};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
+use crate::note::{NoteOut, notes};
+use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(health, m)?)?;

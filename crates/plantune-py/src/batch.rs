@@ -7,8 +7,9 @@ use pyo3::prelude::*;
 
 use crate::error::Outcome;
 use crate::model::ModelOut;
+use crate::note::{NoteOut, notes};
 use crate::sim::start;
-use crate::values::{Array, LimitsIn, Matrix, NoteOut, RecordIn, array, matrix, notes};
+use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;

@@ -3,7 +3,7 @@
 use plantune_core::{Error, Note};
 use pyo3::prelude::*;
 
-use crate::values::NoteOut;
+use crate::note::NoteOut;
 
 /// A core error on its way out, with a partial result that may be studied.
 pub struct Raise {

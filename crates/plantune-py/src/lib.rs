@@ -10,6 +10,7 @@ mod analyze;
 mod batch;
 mod error;
 mod model;
+mod note;
 mod signal;
 mod sim;
 mod tune;

@@ -11,7 +11,8 @@ use plantune_core::{Error, Limits, Record};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::values::{Array, LimitsIn, Matrix, NoteOut, RecordIn, array, matrix, notes};
+use crate::note::{NoteOut, notes};
+use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(prbs, m)?)?;

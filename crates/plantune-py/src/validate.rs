@@ -9,8 +9,9 @@ use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
 use crate::model::ModelIn;
+use crate::note::{NoteOut, notes};
 use crate::sim::start;
-use crate::values::{Array, LimitsIn, NoteOut, RecordIn, array, notes};
+use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check, m)?)?;
