@@ -13,7 +13,7 @@ use super::qr::Triangle;
 use super::solve::solve_damped;
 
 /// Cosine between the residual and the space of the gradient's columns at a minimum (Bates and Watts 1981).
-const GRADIENT: f64 = 1e-8;
+const GRADIENT: f64 = 3e-8;
 
 /// The same where rounding lets no step lower the cost any more.
 const ROUNDED: f64 = 1e-5;
