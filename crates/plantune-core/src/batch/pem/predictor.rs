@@ -218,18 +218,18 @@ impl<'r, 'a> Predictor<'r, 'a> {
                 #[inline(always)]
                 || self.run(t..t + len, start, constant, state),
             );
-            let mut from = 0;
-            while from < len {
-                let counts = |k: &usize| self.rec.is_valid(t + k, 0);
-                let to = if self.rec.valid.is_none() {
-                    len
-                } else {
-                    from + (from..len).take_while(counts).count()
-                };
-                if to > from {
-                    take(self, from..to);
+            match self.rec.valid {
+                None => take(self, 0..len),
+                Some(valid) => {
+                    let mut from = 0;
+                    for run in valid[t..t + len].chunk_by(|a, b| a == b) {
+                        let rows = from..from + run.len();
+                        from = rows.end;
+                        if run[0] {
+                            take(self, rows);
+                        }
+                    }
                 }
-                from = to.max(from + 1);
             }
             t += len;
             if t < end {
