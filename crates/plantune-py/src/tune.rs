@@ -47,6 +47,14 @@ impl From<(Pid, f64)> for SettingsOut {
     }
 }
 
+fn terms(controller: &str) -> Outcome<Terms> {
+    match controller {
+        "PI" => Ok(Terms::Pi),
+        "PID" => Ok(Terms::Pid),
+        other => Err(Error::argument("controller", format!("\"{other}\""), "\"PI\" or \"PID\"").into()),
+    }
+}
+
 #[pyfunction]
 fn imc_pi(model: ModelIn, target: &str, value: f64) -> Outcome<SettingsOut> {
     let target = match target {
@@ -64,14 +72,7 @@ fn simc(model: ModelIn, tau_c: Option<f64>) -> Outcome<SettingsOut> {
 
 #[pyfunction]
 fn ziegler_nichols(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
-    let terms = match controller {
-        "PI" => Terms::Pi,
-        "PID" => Terms::Pid,
-        other => {
-            return Err(Error::argument("controller", format!("\"{other}\""), "\"PI\" or \"PID\"").into());
-        }
-    };
-    Ok((tune::ziegler_nichols(&plant(model)?, terms)?, f64::NAN).into())
+    Ok((tune::ziegler_nichols(&plant(model)?, terms(controller)?)?, f64::NAN).into())
 }
 
 #[pyfunction]

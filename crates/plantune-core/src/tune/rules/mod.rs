@@ -11,7 +11,13 @@ pub use simc::simc;
 pub use ziegler_nichols::{Terms, ziegler_nichols};
 
 use crate::error::{Error, Result};
-use crate::model::{ProcessModel, check_process};
+use crate::model::{Pid, ProcessModel, check_process};
+
+/// A PID whose filter is a tenth of its derivative time, where the rule has none: without one the derivative
+/// answers a step with an impulse.
+fn pid(Kp: f64, Ti: f64, Td: f64) -> Pid {
+    Pid { Td, Tf: 0.1 * Td, ..Pid::pi(Kp, Ti) }
+}
 
 /// Refuses a model whose dead time a rule would divide by.
 fn check_delayed(model: &ProcessModel, rule: &str) -> Result<()> {
