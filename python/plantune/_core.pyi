@@ -276,6 +276,9 @@ def ziegler_nichols(model: Model, controller: str) -> Fields:
 def refined_ziegler_nichols(model: Model) -> Fields:
     """As `imc_pi`, `tau_c` NaN."""
 
+def simc_plus(model: Model, tau_c: float | None, controller: str) -> Fields:
+    """As `imc_pi`; without `tau_c` it is L, and L / 2 with a derivative."""
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

@@ -16,6 +16,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(simc, m)?)?;
     m.add_function(wrap_pyfunction!(ziegler_nichols, m)?)?;
     m.add_function(wrap_pyfunction!(refined_ziegler_nichols, m)?)?;
+    m.add_function(wrap_pyfunction!(simc_plus, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -78,6 +79,11 @@ fn ziegler_nichols(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
 #[pyfunction]
 fn refined_ziegler_nichols(model: ModelIn) -> Outcome<SettingsOut> {
     Ok((tune::refined_ziegler_nichols(&plant(model)?)?, f64::NAN).into())
+}
+
+#[pyfunction]
+fn simc_plus(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
+    Ok(tune::simc_plus(&plant(model)?, tau_c, terms(controller)?)?.into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

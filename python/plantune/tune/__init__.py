@@ -6,6 +6,7 @@ from plantune.tune.imc import imc_pi
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.simc import simc
+from plantune.tune.simc_plus import simc_plus
 from plantune.tune.tuning import Tuning
 from plantune.tune.ziegler_nichols import ziegler_nichols
 
@@ -22,6 +23,7 @@ __all__ = [
     "refined_ziegler_nichols",
     "sensitivities",
     "simc",
+    "simc_plus",
     "step_band",
     "ziegler_nichols",
 ]

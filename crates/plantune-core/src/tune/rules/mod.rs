@@ -3,11 +3,13 @@
 mod imc;
 mod refined_ziegler_nichols;
 mod simc;
+mod simc_plus;
 mod ziegler_nichols;
 
 pub use imc::{ImcTarget, imc_pi};
 pub use refined_ziegler_nichols::refined_ziegler_nichols;
 pub use simc::simc;
+pub use simc_plus::simc_plus;
 pub use ziegler_nichols::{Terms, ziegler_nichols};
 
 use crate::error::{Error, Result};
