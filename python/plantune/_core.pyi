@@ -279,6 +279,9 @@ def refined_ziegler_nichols(model: Model) -> Fields:
 def simc_plus(model: Model, tau_c: float | None, controller: str) -> Fields:
     """As `imc_pi`; without `tau_c` it is L, and L / 2 with a derivative."""
 
+def amigo(model: Model, controller: str) -> Fields:
+    """As `ziegler_nichols`."""
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

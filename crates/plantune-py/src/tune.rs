@@ -17,6 +17,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(ziegler_nichols, m)?)?;
     m.add_function(wrap_pyfunction!(refined_ziegler_nichols, m)?)?;
     m.add_function(wrap_pyfunction!(simc_plus, m)?)?;
+    m.add_function(wrap_pyfunction!(amigo, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -84,6 +85,11 @@ fn refined_ziegler_nichols(model: ModelIn) -> Outcome<SettingsOut> {
 #[pyfunction]
 fn simc_plus(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
     Ok(tune::simc_plus(&plant(model)?, tau_c, terms(controller)?)?.into())
+}
+
+#[pyfunction]
+fn amigo(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
+    Ok((tune::amigo(&plant(model)?, terms(controller)?)?, f64::NAN).into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

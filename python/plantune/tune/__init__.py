@@ -1,5 +1,6 @@
 """From a model to controller settings and their margins."""
 
+from plantune.tune.amigo import amigo
 from plantune.tune.bands import bode_band, step_band
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
@@ -16,6 +17,7 @@ __all__ = [
     "Row",
     "Sensitivities",
     "Tuning",
+    "amigo",
     "bode_band",
     "compare",
     "imc_pi",

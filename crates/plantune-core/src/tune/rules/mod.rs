@@ -1,11 +1,13 @@
 //! Tuning rules for first order plus dead time, one per file.
 
+mod amigo;
 mod imc;
 mod refined_ziegler_nichols;
 mod simc;
 mod simc_plus;
 mod ziegler_nichols;
 
+pub use amigo::amigo;
 pub use imc::{ImcTarget, imc_pi};
 pub use refined_ziegler_nichols::refined_ziegler_nichols;
 pub use simc::simc;
