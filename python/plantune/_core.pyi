@@ -282,6 +282,9 @@ def simc_plus(model: Model, tau_c: float | None, controller: str) -> Fields:
 def amigo(model: Model, controller: str) -> Fields:
     """As `ziegler_nichols`."""
 
+def lambda_(model: Model, tau_c: float | None, controller: str) -> Fields:
+    """As `imc_pi`; without `tau_c` it is 3 T."""
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

@@ -18,6 +18,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(refined_ziegler_nichols, m)?)?;
     m.add_function(wrap_pyfunction!(simc_plus, m)?)?;
     m.add_function(wrap_pyfunction!(amigo, m)?)?;
+    m.add_function(wrap_pyfunction!(lambda, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -90,6 +91,12 @@ fn simc_plus(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<Se
 #[pyfunction]
 fn amigo(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
     Ok((tune::amigo(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+}
+
+#[pyfunction]
+#[pyo3(name = "lambda_")]
+fn lambda(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
+    Ok(tune::lambda(&plant(model)?, tau_c, terms(controller)?)?.into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

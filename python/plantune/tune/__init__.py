@@ -4,6 +4,7 @@ from plantune.tune.amigo import amigo
 from plantune.tune.bands import bode_band, step_band
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
+from plantune.tune.lambda_ import lambda_
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.simc import simc
@@ -21,6 +22,7 @@ __all__ = [
     "bode_band",
     "compare",
     "imc_pi",
+    "lambda_",
     "margins",
     "refined_ziegler_nichols",
     "sensitivities",

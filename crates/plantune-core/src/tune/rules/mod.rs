@@ -2,6 +2,7 @@
 
 mod amigo;
 mod imc;
+mod lambda;
 mod refined_ziegler_nichols;
 mod simc;
 mod simc_plus;
@@ -9,6 +10,7 @@ mod ziegler_nichols;
 
 pub use amigo::amigo;
 pub use imc::{ImcTarget, imc_pi};
+pub use lambda::lambda;
 pub use refined_ziegler_nichols::refined_ziegler_nichols;
 pub use simc::simc;
 pub use simc_plus::simc_plus;
