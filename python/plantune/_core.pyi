@@ -285,6 +285,9 @@ def amigo(model: Model, controller: str) -> Fields:
 def lambda_(model: Model, tau_c: float | None, controller: str) -> Fields:
     """As `imc_pi`; without `tau_c` it is 3 T."""
 
+def cohen_coon(model: Model, controller: str) -> Fields:
+    """As `ziegler_nichols`."""
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

@@ -19,6 +19,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(simc_plus, m)?)?;
     m.add_function(wrap_pyfunction!(amigo, m)?)?;
     m.add_function(wrap_pyfunction!(lambda, m)?)?;
+    m.add_function(wrap_pyfunction!(cohen_coon, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -97,6 +98,11 @@ fn amigo(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
 #[pyo3(name = "lambda_")]
 fn lambda(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
     Ok(tune::lambda(&plant(model)?, tau_c, terms(controller)?)?.into())
+}
+
+#[pyfunction]
+fn cohen_coon(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
+    Ok((tune::cohen_coon(&plant(model)?, terms(controller)?)?, f64::NAN).into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

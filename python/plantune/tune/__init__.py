@@ -2,6 +2,7 @@
 
 from plantune.tune.amigo import amigo
 from plantune.tune.bands import bode_band, step_band
+from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
 from plantune.tune.lambda_ import lambda_
@@ -20,6 +21,7 @@ __all__ = [
     "Tuning",
     "amigo",
     "bode_band",
+    "cohen_coon",
     "compare",
     "imc_pi",
     "lambda_",

@@ -1,6 +1,7 @@
 //! Tuning rules for first order plus dead time, one per file.
 
 mod amigo;
+mod cohen_coon;
 mod imc;
 mod lambda;
 mod refined_ziegler_nichols;
@@ -9,6 +10,7 @@ mod simc_plus;
 mod ziegler_nichols;
 
 pub use amigo::amigo;
+pub use cohen_coon::cohen_coon;
 pub use imc::{ImcTarget, imc_pi};
 pub use lambda::lambda;
 pub use refined_ziegler_nichols::refined_ziegler_nichols;
