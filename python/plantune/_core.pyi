@@ -288,6 +288,9 @@ def lambda_(model: Model, tau_c: float | None, controller: str) -> Fields:
 def cohen_coon(model: Model, controller: str) -> Fields:
     """As `ziegler_nichols`."""
 
+def chien_hrones_reswick(model: Model, step: str, overshoot: float, controller: str) -> Fields:
+    """As `ziegler_nichols`; the step is "load" or "set_point", the overshoot 0 or 20."""
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

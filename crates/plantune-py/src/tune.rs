@@ -3,7 +3,7 @@
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use plantune_core::Error;
 use plantune_core::model::Pid;
-use plantune_core::tune::{self, Bands, Estimate, ImcTarget, Terms};
+use plantune_core::tune::{self, Bands, Estimate, ImcTarget, Overshoot, Step, Terms};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -20,6 +20,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(amigo, m)?)?;
     m.add_function(wrap_pyfunction!(lambda, m)?)?;
     m.add_function(wrap_pyfunction!(cohen_coon, m)?)?;
+    m.add_function(wrap_pyfunction!(chien_hrones_reswick, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -103,6 +104,30 @@ fn lambda(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<Setti
 #[pyfunction]
 fn cohen_coon(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
     Ok((tune::cohen_coon(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+}
+
+#[pyfunction]
+fn chien_hrones_reswick(
+    model: ModelIn,
+    step: &str,
+    overshoot: f64,
+    controller: &str,
+) -> Outcome<SettingsOut> {
+    let step = match step {
+        "load" => Step::Load,
+        "set_point" => Step::SetPoint,
+        other => {
+            let needed = "\"load\" or \"set_point\"";
+            return Err(Error::argument("step", format!("\"{other}\""), needed).into());
+        }
+    };
+    let overshoot = match overshoot {
+        0.0 => Overshoot::Zero,
+        20.0 => Overshoot::Twenty,
+        other => return Err(Error::argument("overshoot", other, "0 or 20, in percent").into()),
+    };
+    let settings = tune::chien_hrones_reswick(&plant(model)?, step, overshoot, terms(controller)?)?;
+    Ok((settings, f64::NAN).into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

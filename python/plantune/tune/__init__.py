@@ -2,6 +2,7 @@
 
 from plantune.tune.amigo import amigo
 from plantune.tune.bands import bode_band, step_band
+from plantune.tune.chien_hrones_reswick import chien_hrones_reswick
 from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
@@ -21,6 +22,7 @@ __all__ = [
     "Tuning",
     "amigo",
     "bode_band",
+    "chien_hrones_reswick",
     "cohen_coon",
     "compare",
     "imc_pi",

@@ -10,7 +10,7 @@ pub use bands::{Bands, bode_band, margin_bands, phase_deg, step_band};
 pub use indices::{Indices, indices};
 pub use margins::{Margins, Sensitivities, margins, sensitivities};
 pub use rules::{
-    ImcTarget, Terms, amigo, cohen_coon, imc_pi, lambda, refined_ziegler_nichols, simc, simc_plus,
-    ziegler_nichols,
+    ImcTarget, Overshoot, Step, Terms, amigo, chien_hrones_reswick, cohen_coon, imc_pi, lambda,
+    refined_ziegler_nichols, simc, simc_plus, ziegler_nichols,
 };
 pub use tunable::{Estimate, check_tunable};

@@ -1,6 +1,7 @@
 //! Tuning rules for first order plus dead time, one per file.
 
 mod amigo;
+mod chien_hrones_reswick;
 mod cohen_coon;
 mod imc;
 mod lambda;
@@ -10,6 +11,7 @@ mod simc_plus;
 mod ziegler_nichols;
 
 pub use amigo::amigo;
+pub use chien_hrones_reswick::{Overshoot, Step, chien_hrones_reswick};
 pub use cohen_coon::cohen_coon;
 pub use imc::{ImcTarget, imc_pi};
 pub use lambda::lambda;
