@@ -291,6 +291,9 @@ def cohen_coon(model: Model, controller: str) -> Fields:
 def chien_hrones_reswick(model: Model, step: str, overshoot: float, controller: str) -> Fields:
     """As `ziegler_nichols`; the step is "load" or "set_point", the overshoot 0 or 20."""
 
+def tyreus_luyben(model: Model, controller: str) -> Fields:
+    """As `ziegler_nichols`."""
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

@@ -21,6 +21,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(lambda, m)?)?;
     m.add_function(wrap_pyfunction!(cohen_coon, m)?)?;
     m.add_function(wrap_pyfunction!(chien_hrones_reswick, m)?)?;
+    m.add_function(wrap_pyfunction!(tyreus_luyben, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -128,6 +129,11 @@ fn chien_hrones_reswick(
     };
     let settings = tune::chien_hrones_reswick(&plant(model)?, step, overshoot, terms(controller)?)?;
     Ok((settings, f64::NAN).into())
+}
+
+#[pyfunction]
+fn tyreus_luyben(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
+    Ok((tune::tyreus_luyben(&plant(model)?, terms(controller)?)?, f64::NAN).into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

@@ -12,6 +12,7 @@ from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.simc import simc
 from plantune.tune.simc_plus import simc_plus
 from plantune.tune.tuning import Tuning
+from plantune.tune.tyreus_luyben import tyreus_luyben
 from plantune.tune.ziegler_nichols import ziegler_nichols
 
 __all__ = [
@@ -33,5 +34,6 @@ __all__ = [
     "simc",
     "simc_plus",
     "step_band",
+    "tyreus_luyben",
     "ziegler_nichols",
 ]

@@ -11,6 +11,6 @@ pub use indices::{Indices, indices};
 pub use margins::{Margins, Sensitivities, margins, sensitivities};
 pub use rules::{
     ImcTarget, Overshoot, Step, Terms, amigo, chien_hrones_reswick, cohen_coon, imc_pi, lambda,
-    refined_ziegler_nichols, simc, simc_plus, ziegler_nichols,
+    refined_ziegler_nichols, simc, simc_plus, tyreus_luyben, ziegler_nichols,
 };
 pub use tunable::{Estimate, check_tunable};

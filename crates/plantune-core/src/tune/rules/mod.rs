@@ -8,6 +8,7 @@ mod lambda;
 mod refined_ziegler_nichols;
 mod simc;
 mod simc_plus;
+mod tyreus_luyben;
 mod ziegler_nichols;
 
 pub use amigo::amigo;
@@ -18,6 +19,7 @@ pub use lambda::lambda;
 pub use refined_ziegler_nichols::refined_ziegler_nichols;
 pub use simc::simc;
 pub use simc_plus::simc_plus;
+pub use tyreus_luyben::tyreus_luyben;
 pub use ziegler_nichols::{Terms, ziegler_nichols};
 
 use crate::error::{Error, Result};
