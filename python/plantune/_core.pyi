@@ -276,6 +276,24 @@ def ziegler_nichols(model: Model, controller: str) -> Fields:
 def refined_ziegler_nichols(model: Model) -> Fields:
     """As `imc_pi`, `tau_c` NaN."""
 
+def simc_plus(model: Model, tau_c: float | None, controller: str) -> Fields:
+    """As `imc_pi`; without `tau_c` it is L, and L / 2 with a derivative."""
+
+def amigo(model: Model, controller: str) -> Fields:
+    """As `ziegler_nichols`."""
+
+def lambda_(model: Model, tau_c: float | None, controller: str) -> Fields:
+    """As `imc_pi`; without `tau_c` it is 3 T."""
+
+def cohen_coon(model: Model, controller: str) -> Fields:
+    """As `ziegler_nichols`."""
+
+def chien_hrones_reswick(model: Model, step: str, overshoot: float, controller: str) -> Fields:
+    """As `ziegler_nichols`; the step is "load" or "set_point", the overshoot 0 or 20."""
+
+def tyreus_luyben(model: Model, controller: str) -> Fields:
+    """As `ziegler_nichols`."""
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

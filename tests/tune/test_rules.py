@@ -1,18 +1,34 @@
 """SIMC and both Ziegler-Nichols rules: formulas, signs, scales, and what every rule shares."""
 
 from dataclasses import replace
+from functools import partial
 from math import inf, isnan, pi
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pytest import approx
 
 import plantune as pt
 
 OP1 = pt.models.ProcessModel(K=-5.939, T=0.1491, L=0.1)
-RULES = (pt.tune.simc, pt.tune.ziegler_nichols, pt.tune.refined_ziegler_nichols)
+PI_OR_PID = (
+    pt.tune.amigo,
+    pt.tune.chien_hrones_reswick,
+    pt.tune.cohen_coon,
+    pt.tune.simc_plus,
+    pt.tune.tyreus_luyben,
+    pt.tune.ziegler_nichols,
+)
+NEED_DELAY = (
+    pt.tune.simc,
+    pt.tune.refined_ziegler_nichols,
+    *PI_OR_PID,
+    *(partial(rule, controller="PID") for rule in PI_OR_PID),
+)
+PIS = (pt.tune.simc, pt.tune.refined_ziegler_nichols, pt.tune.lambda_, *PI_OR_PID)
+RULES = (*NEED_DELAY, pt.tune.lambda_, partial(pt.tune.lambda_, controller="PID"))
 plants = st.builds(
     lambda K, T, ratio: pt.models.ProcessModel(K=K, T=T, L=ratio * T),
     st.one_of(st.floats(0.01, 100.0), st.floats(-100.0, -0.01)),
@@ -72,6 +88,7 @@ def test_refined_ziegler_nichols_is_the_table(plant):
 
 
 @pytest.mark.parametrize("rule", RULES)
+@settings(max_examples=25)
 @given(plant=plants, scale=st.floats(1e-3, 1e3))
 def test_units_of_gain_and_time_carry_over(rule, plant, scale):
     plain = rule(plant)
@@ -80,11 +97,12 @@ def test_units_of_gain_and_time_carry_over(rule, plant, scale):
     assert -scale * gain.controller.Kp == approx(plain.controller.Kp, rel=1e-12)
     assert gain.controller.Ti == approx(plain.controller.Ti, rel=1e-12)
     assert time.controller.Ti / scale == approx(plain.controller.Ti, rel=1e-12)
+    assert time.controller.Td / scale == approx(plain.controller.Td, rel=1e-12)
     assert time.margins.gain == approx(plain.margins.gain, rel=1e-9)
     assert plain.margins.stable and gain.margins.stable
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", NEED_DELAY)
 def test_a_plant_without_delay_is_refused_with_a_way_out(rule):
     with pytest.raises(pt.NotIdentifiable) as refusal:
         rule(pt.models.ProcessModel(K=2.0, T=5.0, L=0.0))
@@ -98,7 +116,7 @@ def test_simc_with_a_wish_serves_a_plant_without_delay():
     assert (tuning.controller.Kp, tuning.controller.Ti) == (5.0, 2.0)
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", NEED_DELAY)
 @pytest.mark.parametrize("K, T, L", [(0.0, 1.0, 0.1), (1.0, 1.0, -0.1), (1.0, -1.0, 0.1)])
 def test_unrealistic_models_are_not_tuned(rule, K, T, L):
     with pytest.raises(pt.NotIdentifiable) as refusal:
@@ -121,7 +139,7 @@ def test_wrong_arguments_are_refused(wrong):
     assert refusal.value.code == "U01"
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", PIS)
 def test_every_rule_carries_the_uncertainty_of_a_fit(rule, fit):
     tuning = rule(fit)
     assert list(tuning.bands) == ["gain", "phase_deg", "delay", "Ms", "Mt"]
@@ -130,7 +148,7 @@ def test_every_rule_carries_the_uncertainty_of_a_fit(rule, fit):
     assert tuning.source == fit.source and tuning.model is fit.model
 
 
-@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rule", PIS)
 def test_no_rule_tunes_on_a_gain_of_open_sign(rule, fit):
     unsure = replace(fit, sd=np.array([abs(fit.theta[0]), *fit.sd[1:]]))
     with pytest.raises(pt.NotIdentifiable) as refusal:

@@ -3,7 +3,7 @@
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use plantune_core::Error;
 use plantune_core::model::Pid;
-use plantune_core::tune::{self, Bands, Estimate, ImcTarget, Terms};
+use plantune_core::tune::{self, Bands, Estimate, ImcTarget, Overshoot, Step, Terms};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -16,6 +16,12 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(simc, m)?)?;
     m.add_function(wrap_pyfunction!(ziegler_nichols, m)?)?;
     m.add_function(wrap_pyfunction!(refined_ziegler_nichols, m)?)?;
+    m.add_function(wrap_pyfunction!(simc_plus, m)?)?;
+    m.add_function(wrap_pyfunction!(amigo, m)?)?;
+    m.add_function(wrap_pyfunction!(lambda, m)?)?;
+    m.add_function(wrap_pyfunction!(cohen_coon, m)?)?;
+    m.add_function(wrap_pyfunction!(chien_hrones_reswick, m)?)?;
+    m.add_function(wrap_pyfunction!(tyreus_luyben, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -47,6 +53,14 @@ impl From<(Pid, f64)> for SettingsOut {
     }
 }
 
+fn terms(controller: &str) -> Outcome<Terms> {
+    match controller {
+        "PI" => Ok(Terms::Pi),
+        "PID" => Ok(Terms::Pid),
+        other => Err(Error::argument("controller", format!("\"{other}\""), "\"PI\" or \"PID\"").into()),
+    }
+}
+
 #[pyfunction]
 fn imc_pi(model: ModelIn, target: &str, value: f64) -> Outcome<SettingsOut> {
     let target = match target {
@@ -64,19 +78,62 @@ fn simc(model: ModelIn, tau_c: Option<f64>) -> Outcome<SettingsOut> {
 
 #[pyfunction]
 fn ziegler_nichols(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
-    let terms = match controller {
-        "PI" => Terms::Pi,
-        "PID" => Terms::Pid,
-        other => {
-            return Err(Error::argument("controller", format!("\"{other}\""), "\"PI\" or \"PID\"").into());
-        }
-    };
-    Ok((tune::ziegler_nichols(&plant(model)?, terms)?, f64::NAN).into())
+    Ok((tune::ziegler_nichols(&plant(model)?, terms(controller)?)?, f64::NAN).into())
 }
 
 #[pyfunction]
 fn refined_ziegler_nichols(model: ModelIn) -> Outcome<SettingsOut> {
     Ok((tune::refined_ziegler_nichols(&plant(model)?)?, f64::NAN).into())
+}
+
+#[pyfunction]
+fn simc_plus(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
+    Ok(tune::simc_plus(&plant(model)?, tau_c, terms(controller)?)?.into())
+}
+
+#[pyfunction]
+fn amigo(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
+    Ok((tune::amigo(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+}
+
+#[pyfunction]
+#[pyo3(name = "lambda_")]
+fn lambda(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
+    Ok(tune::lambda(&plant(model)?, tau_c, terms(controller)?)?.into())
+}
+
+#[pyfunction]
+fn cohen_coon(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
+    Ok((tune::cohen_coon(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+}
+
+#[pyfunction]
+fn chien_hrones_reswick(
+    model: ModelIn,
+    step: &str,
+    overshoot: f64,
+    controller: &str,
+) -> Outcome<SettingsOut> {
+    let step = match step {
+        "load" => Step::Load,
+        "set_point" => Step::SetPoint,
+        other => {
+            let needed = "\"load\" or \"set_point\"";
+            return Err(Error::argument("step", format!("\"{other}\""), needed).into());
+        }
+    };
+    let overshoot = match overshoot {
+        0.0 => Overshoot::Zero,
+        20.0 => Overshoot::Twenty,
+        other => return Err(Error::argument("overshoot", other, "0 or 20, in percent").into()),
+    };
+    let settings = tune::chien_hrones_reswick(&plant(model)?, step, overshoot, terms(controller)?)?;
+    Ok((settings, f64::NAN).into())
+}
+
+#[pyfunction]
+fn tyreus_luyben(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
+    Ok((tune::tyreus_luyben(&plant(model)?, terms(controller)?)?, f64::NAN).into())
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

@@ -1,12 +1,18 @@
 """From a model to controller settings and their margins."""
 
+from plantune.tune.amigo import amigo
 from plantune.tune.bands import bode_band, step_band
+from plantune.tune.chien_hrones_reswick import chien_hrones_reswick
+from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
+from plantune.tune.lambda_ import lambda_
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.simc import simc
+from plantune.tune.simc_plus import simc_plus
 from plantune.tune.tuning import Tuning
+from plantune.tune.tyreus_luyben import tyreus_luyben
 from plantune.tune.ziegler_nichols import ziegler_nichols
 
 __all__ = [
@@ -15,13 +21,19 @@ __all__ = [
     "Row",
     "Sensitivities",
     "Tuning",
+    "amigo",
     "bode_band",
+    "chien_hrones_reswick",
+    "cohen_coon",
     "compare",
     "imc_pi",
+    "lambda_",
     "margins",
     "refined_ziegler_nichols",
     "sensitivities",
     "simc",
+    "simc_plus",
     "step_band",
+    "tyreus_luyben",
     "ziegler_nichols",
 ]

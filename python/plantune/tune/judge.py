@@ -23,13 +23,34 @@ def tuned(
     settings: Callable[[ProcessModel], dict[str, Any]],
     delay_at_least: float,
     limits: Limits | None,
+    made_for: Callable[[ProcessModel, float], tuple[Note, ...]] = lambda plant, tau_c: (),
 ) -> Tuning:
-    """Return the tuning of a rule, `settings(plant)` being its `Kp Ti Td Tf tau_c`."""
+    """Return the tuning of a rule, `settings(plant)` being its `Kp Ti Td Tf tau_c`.
+
+    `made_for(plant, tau_c)` says where the rule is used outside of its range; see `outside`.
+    """
     limits = limits or DEFAULT_LIMITS
     plant, notes = _plant(model, delay_at_least, limits)
     found = settings(plant)
     tau_c = found.pop("tau_c")
+    notes = (*notes, *made_for(plant, tau_c))
     return _judged(rule, model, plant, PID(**found), tau_c, notes, limits)
+
+
+def outside(name: str, value: float, low: float, high: float) -> tuple[Note, ...]:
+    """T02 where a rule is used outside of the range that its source made it for."""
+    if low <= value <= high:
+        return ()
+    return (
+        Note(
+            code="T02",
+            severity="warning",
+            text=f"{name} is {value:.3g}; the rule was made for {low:.3g} to {high:.3g}",
+            measured=value,
+            limit=low if value < low else high,
+            remedy="judge it by its margins, or take simc or simc_plus, which have no such range",
+        ),
+    )
 
 
 def as_given(

@@ -1,17 +1,35 @@
 //! Tuning rules for first order plus dead time, one per file.
 
+mod amigo;
+mod chien_hrones_reswick;
+mod cohen_coon;
 mod imc;
+mod lambda;
 mod refined_ziegler_nichols;
 mod simc;
+mod simc_plus;
+mod tyreus_luyben;
 mod ziegler_nichols;
 
+pub use amigo::amigo;
+pub use chien_hrones_reswick::{Overshoot, Step, chien_hrones_reswick};
+pub use cohen_coon::cohen_coon;
 pub use imc::{ImcTarget, imc_pi};
+pub use lambda::lambda;
 pub use refined_ziegler_nichols::refined_ziegler_nichols;
 pub use simc::simc;
+pub use simc_plus::simc_plus;
+pub use tyreus_luyben::tyreus_luyben;
 pub use ziegler_nichols::{Terms, ziegler_nichols};
 
 use crate::error::{Error, Result};
-use crate::model::{ProcessModel, check_process};
+use crate::model::{Pid, ProcessModel, check_process};
+
+/// A PID whose filter is a tenth of its derivative time, where the rule has none: without one the derivative
+/// answers a step with an impulse.
+fn pid(Kp: f64, Ti: f64, Td: f64) -> Pid {
+    Pid { Td, Tf: 0.1 * Td, ..Pid::pi(Kp, Ti) }
+}
 
 /// Refuses a model whose dead time a rule would divide by.
 fn check_delayed(model: &ProcessModel, rule: &str) -> Result<()> {

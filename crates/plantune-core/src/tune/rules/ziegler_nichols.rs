@@ -6,10 +6,9 @@
 //! ```
 //!
 //! J. G. Ziegler and N. B. Nichols, Optimum settings for automatic controllers, Trans. ASME 64 (1942),
-//! with the reaction rate `K / T`. The derivative filter is not theirs: without one the derivative
-//! answers a step with an impulse. A negative gain gives a negative `Kp`.
+//! with the reaction rate `K / T`. The derivative filter is not theirs. A negative gain gives a negative `Kp`.
 
-use super::check_delayed;
+use super::{check_delayed, pid};
 use crate::error::Result;
 use crate::model::{Pid, ProcessModel};
 
@@ -28,6 +27,6 @@ pub fn ziegler_nichols(model: &ProcessModel, terms: Terms) -> Result<Pid> {
     let ProcessModel { K, T, L } = *model;
     Ok(match terms {
         Terms::Pi => Pid::pi(0.9 * T / (K * L), 3.0 * L),
-        Terms::Pid => Pid { Td: 0.5 * L, Tf: 0.05 * L, ..Pid::pi(1.2 * T / (K * L), 2.0 * L) },
+        Terms::Pid => pid(1.2 * T / (K * L), 2.0 * L, 0.5 * L),
     })
 }

@@ -1,0 +1,31 @@
+//! Cohen-Coon settings for first order plus dead time.
+//!
+//! ```text
+//! r = L / T
+//! PI:   Kp = (0.9 / r + 1/12) / K,  Ti = L (30 + 3 r) / (9 + 20 r)
+//! PID:  Kp = (4/3 / r + 1/4) / K,   Ti = L (32 + 6 r) / (13 + 8 r)
+//!       Td = 4 L / (11 + 2 r),      Tf = Td / 10
+//! ```
+//!
+//! G. H. Cohen and G. A. Coon, Theoretical consideration of retarded control, Trans. ASME 75 (1953), in the
+//! rounded fractions of the textbooks. Places the dominant poles so that a load decays by three quarters
+//! each period. The filter is ours. A negative gain gives a negative `Kp`.
+
+use super::{Terms, check_delayed, pid};
+use crate::error::Result;
+use crate::model::{Pid, ProcessModel};
+
+/// Settings; the plant must have a dead time.
+pub fn cohen_coon(model: &ProcessModel, terms: Terms) -> Result<Pid> {
+    check_delayed(model, "Cohen-Coon")?;
+    let ProcessModel { K, T, L } = *model;
+    let r = L / T;
+    Ok(match terms {
+        Terms::Pi => Pid::pi((0.9 / r + 1.0 / 12.0) / K, L * (30.0 + 3.0 * r) / (9.0 + 20.0 * r)),
+        Terms::Pid => pid(
+            (4.0 / 3.0 / r + 0.25) / K,
+            L * (32.0 + 6.0 * r) / (13.0 + 8.0 * r),
+            4.0 * L / (11.0 + 2.0 * r),
+        ),
+    })
+}

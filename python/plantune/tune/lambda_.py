@@ -1,0 +1,77 @@
+"""Lambda tuning."""
+
+from __future__ import annotations
+
+from math import inf
+
+from plantune import _core
+from plantune.estimate.fit import Fit
+from plantune.models import ProcessModel
+from plantune.notes import Limits
+from plantune.tune.judge import outside, tuned
+from plantune.tune.tuning import Tuning
+
+
+def lambda_(
+    model: ProcessModel | Fit,
+    tau_c: float | None = None,
+    *,
+    controller: str = "PI",
+    delay_at_least: float = 0.0,
+    limits: Limits | None = None,
+) -> Tuning:
+    """Return Kp = T / (K (tau_c + L)), Ti = T.
+
+    Parameters
+    ----------
+    model : ProcessModel or Fit
+        Of a fit the margins come with bands over its uncertainty.
+    tau_c : float, optional
+        Closed-loop time constant, the lambda of the name, seconds, >= 0; by default `3 T`.
+    controller : "PI" or "PID"
+        The PID has `Kp = (T + L / 2) / (K (tau_c + L / 2))`, and the filter `Tf = Td / 10`.
+    delay_at_least : float
+        Seconds of dead time that the loop has at least; see `imc_pi`.
+    limits : Limits, optional
+        Thresholds; a margin below `C07` or `C07_phase` leaves a note.
+
+    Returns
+    -------
+    Tuning
+        `Kp` has the sign of `K`.
+
+    Raises
+    ------
+    UsageError
+        `tau_c` is out of its range, or `controller` another word (U01).
+    NotIdentifiable
+        The model is none (M12), or the sign of its gain is open (X12).
+
+    Notes
+    -----
+    Dahlin 1968: the PI is `imc_pi` with `tau_c`, whose margins are closed forms.  The PID, with
+    `Ti = T + L / 2` and `Td = T L / (2 T + L)`, is that of Rivera, Morari and Skogestad 1986, made
+    for `tau_c` above `0.8 L`; below a note says so (T02).  With `3 T` the loop is slow where the
+    plant is, and weak where the dead time is far longer than that; `simc` follows the dead time.
+
+    Examples
+    --------
+    >>> tuning = lambda_(ProcessModel(K=2.0, T=10.0, L=2.0))
+    >>> print(tuning.rule, "->", tuning.controller)
+    lambda, tau_c = 3 T -> PI: Kp = 0.15625, Ti = 10 s
+    >>> round(tuning.margins.gain, 2)
+    25.13
+    """
+    wish = "3 T" if tau_c is None else f"{tau_c:g}"
+    return tuned(
+        f"lambda{' PID' if controller == 'PID' else ''}, tau_c = {wish}",
+        model,
+        lambda plant: _core.lambda_(plant, tau_c, controller),
+        delay_at_least,
+        limits,
+        lambda plant, found: (
+            outside("tau_c / L", found / plant.L if plant.L else inf, 0.8, inf)
+            if controller == "PID"
+            else ()
+        ),
+    )

@@ -1,0 +1,67 @@
+"""Tyreus-Luyben tuning from the exact ultimate gain and period."""
+
+from __future__ import annotations
+
+from plantune import _core
+from plantune.estimate.fit import Fit
+from plantune.models import ProcessModel
+from plantune.notes import Limits
+from plantune.tune.judge import outside, tuned
+from plantune.tune.tuning import Tuning
+
+
+def tyreus_luyben(
+    model: ProcessModel | Fit,
+    *,
+    controller: str = "PI",
+    delay_at_least: float = 0.0,
+    limits: Limits | None = None,
+) -> Tuning:
+    """Return Kp = K_u / 3.2, Ti = 2.2 T_u.
+
+    Parameters
+    ----------
+    model : ProcessModel or Fit
+        Of a fit the margins come with bands over its uncertainty.
+    controller : "PI" or "PID"
+        The PID has `Kp = K_u / 2.2`, `Td = T_u / 6.3`, and the filter `Tf = Td / 10`.
+    delay_at_least : float
+        Seconds of dead time that the loop has at least; see `imc_pi`.
+    limits : Limits, optional
+        Thresholds; a margin below `C07` or `C07_phase` leaves a note.
+
+    Returns
+    -------
+    Tuning
+        `Kp` has the sign of `K`; `tau_c` is NaN.
+
+    Raises
+    ------
+    UsageError
+        `controller` is another word (U01).
+    NotIdentifiable
+        The model is none, or has no dead time (M12), or the sign of its gain is open (X12).
+
+    Notes
+    -----
+    Tyreus and Luyben 1992.  The ultimate gain and period are those of the model, exactly: `w L +
+    atan(w T) = pi`, `K_u = sqrt(1 + (w T)^2) / K`, `T_u = 2 pi / w`.  Made for integrators with
+    dead time, so for `L` up to `T`; beyond a note says so (T02).  There the PI drags, and the PID
+    loses its margin and, from `L = 6.1 T` on, its stability (C07).
+
+    Examples
+    --------
+    >>> tuning = tyreus_luyben(ProcessModel(K=-2.0, T=20.0, L=1.0))
+    >>> print(tuning.rule, "->", tuning.controller)
+    Tyreus-Luyben -> PI: Kp = -5.00868, Ti = 8.62861 s
+    >>> round(tuning.margins.gain, 2)
+    3.04
+    """
+    return tuned(
+        "Tyreus-Luyben" + (" PID" if controller == "PID" else ""),
+        model,
+        lambda plant: _core.tyreus_luyben(plant, controller),
+        delay_at_least,
+        limits,
+        lambda plant, _: outside("L / T", plant.L / plant.T, 0.0, 1.0),
+    )
