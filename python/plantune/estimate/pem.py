@@ -52,8 +52,9 @@ def oe(
 
     Notes
     -----
-    Gauss-Newton steps on a QR, damped where they fail, with analytic gradient, from several
-    starts; `F` is kept stable by reflection.  Source 001, (3.5-40) to (3.5-50); Ljung 1999, 7.2.
+    Gauss-Newton steps, damped where they fail, with analytic gradient, from several starts; on
+    the triangle of the gradient's columns, by QR where these are near dependence.  `F` is kept
+    stable by reflection.  Source 001, (3.5-40) to (3.5-50); Ljung 1999, 7.2.
     In closed loop with a weak excitation prefer `armax`: output errors are biased there.
 
     Examples

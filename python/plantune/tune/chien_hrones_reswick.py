@@ -61,7 +61,8 @@ def chien_hrones_reswick(
 
     Made for `L / T` from 1/9 to 1; outside a note says so (T02).  The settings for loads let a set
     point overshoot by far more on slow plants, and leave little margin there (C07); on first order
-    plus dead time those for a set point with 20 % give 5 to 12 %.
+    plus dead time those for a set point with 20 % give 5 to 12 %,
+    and the PID for 0 % up to 9.5 %.
 
     Examples
     --------

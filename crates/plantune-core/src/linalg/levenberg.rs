@@ -1,4 +1,4 @@
-//! Levenberg-Marquardt on a QR: `min |eps(theta)|^2` by steps from the triangle of `[psi | eps]`.
+//! Levenberg-Marquardt on a triangle: `min |eps(theta)|^2` by steps from the triangle of `[psi | eps]`.
 //!
 //! ```text
 //! min |eps - psi delta|^2 + damping |S delta|^2,   S the lengths of the columns of psi

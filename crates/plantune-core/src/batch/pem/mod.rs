@@ -1,9 +1,9 @@
 //! The polynomial family by prediction errors: `A y = sum_i B_i/F_i u_i(t - nk_i) + d + C/D e`.
 //!
 //! One predictor and its gradient ([`predictor`]) serve every structure; output errors (`F` alone) and ARMAX
-//! (`A` and `C`) are settings of it. The sum of squared errors is minimised by Levenberg-Marquardt on a QR
-//! ([`crate::linalg::minimise`]), with `C` and `F` kept stable by reflection. The search begins at ARX; only
-//! where the minimum leaves something that further lags explain do other starts get their turn.
+//! (`A` and `C`) are settings of it. The sum of squared errors is minimised by Levenberg-Marquardt
+//! ([`crate::linalg::minimise`]) on the triangle of the gradient's columns: from their products while they are
+//! far from dependent, else by QR. `C` and `F` are kept stable by reflection. The search begins at ARX; only where the minimum leaves something that further lags explain do other starts get their turn.
 //!
 //! Source 001, 3.5.6 and 3.5.7; Ljung 1999, 7.2 and 10.2.
 mod layout;
