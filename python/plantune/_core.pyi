@@ -162,11 +162,11 @@ def resonance(model: Model, input: int) -> tuple[float, float] | None:
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""
 
-def c2d(model: ProcessModel, Ts: float) -> Fields:
+def c2d(model: Model, Ts: float) -> Fields:
     """Fields of `PolyModel`, every polynomial of an input in a list."""
 
-def lags(K: float, T: Sequence[float], Ts: float) -> Fields:
-    """Fields of `PolyModel`, as `c2d`, of `K / prod (T_i s + 1)`."""
+def transfer(model: Model) -> Fields:
+    """Fields of `TransferFunction`."""
 
 def d2c(model: PolyModel) -> Fields:
     """Fields of `ProcessModel`."""

@@ -2,7 +2,7 @@
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::Error;
-use plantune_core::model::{self, Model, Pid, PolyModel, ProcessModel};
+use plantune_core::model::{self, Filter, Fopdt, Model, Pid, PolyModel, ProcessModel, TransferFunction};
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
@@ -18,7 +18,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(resonance, m)?)?;
     m.add_function(wrap_pyfunction!(gains, m)?)?;
     m.add_function(wrap_pyfunction!(c2d, m)?)?;
-    m.add_function(wrap_pyfunction!(lags, m)?)?;
+    m.add_function(wrap_pyfunction!(transfer, m)?)?;
     m.add_function(wrap_pyfunction!(d2c, m)?)
 }
 
@@ -39,7 +39,24 @@ struct PolyIn {
 #[derive(FromPyObject)]
 struct ProcessIn {
     K: f64,
-    T: f64,
+    T: Times,
+    L: f64,
+    Tz: f64,
+    zeta: Option<f64>,
+    integrating: bool,
+}
+
+/// One time constant, or several.
+#[derive(FromPyObject, IntoPyObject)]
+enum Times {
+    One(f64),
+    Several(Vec<f64>),
+}
+
+#[derive(FromPyObject)]
+struct TransferIn {
+    num: Vec<f64>,
+    den: Vec<f64>,
     L: f64,
 }
 
@@ -55,8 +72,16 @@ impl<'py> FromPyObject<'_, 'py> for ModelIn {
                 Model::Poly(PolyModel { A, B, C, D, F, nk, Ts })
             }
             "process" => {
-                let ProcessIn { K, T, L } = value.extract()?;
-                Model::Process(ProcessModel { K, T, L })
+                let ProcessIn { K, T, L, Tz, zeta, integrating } = value.extract()?;
+                let T = match T {
+                    Times::One(T) => vec![T],
+                    Times::Several(T) => T,
+                };
+                Model::Process(ProcessModel { K, T, L, Tz, zeta, integrating })
+            }
+            "transfer" => {
+                let TransferIn { num, den, L } = value.getattr("core")?.extract()?;
+                Model::Transfer(TransferFunction { num, den, L })
             }
             _ => return Err(not_a_model(&value)),
         }))
@@ -68,15 +93,16 @@ fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
     Raise::from(Error::argument("model", class, "a model of plantune.models, or a Fit")).into()
 }
 
-/// The process model that closed loops and tuning rules are for.
-pub fn plant(model: ModelIn) -> Outcome<ProcessModel> {
-    match model.0 {
-        Model::Process(plant) => Ok(plant),
-        Model::Poly(_) => {
-            Err(Error::argument("model", "a PolyModel", "a ProcessModel (d2c converts first-order ones)")
-                .into())
-        }
-    }
+/// The first order plus dead time that many tuning rules are for.
+pub fn plant(model: ModelIn) -> Outcome<Fopdt> {
+    model.0.first_order().ok_or_else(|| {
+        let what = match model.0 {
+            Model::Poly(_) => "a PolyModel",
+            _ => "no first order plus dead time",
+        };
+        Error::argument("model", what, "a ProcessModel of first order (d2c converts first-order PolyModels)")
+            .into()
+    })
 }
 
 /// `plantune.models.PID`, by attribute.
@@ -88,14 +114,42 @@ pub struct PidIn {
     Tf: f64,
     b: f64,
     c: f64,
+    filter: FilterIn,
     Ts: Option<f64>,
     pure_Ki: Option<f64>,
+}
+
+/// `"d1"` or `"y2"`.
+struct FilterIn(Filter);
+
+impl<'py> FromPyObject<'_, 'py> for FilterIn {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match value.extract::<&str>()? {
+            "d1" => Ok(FilterIn(Filter::D1)),
+            "y2" => Ok(FilterIn(Filter::Y2)),
+            other => {
+                let needed = "\"d1\" or \"y2\"";
+                Err(Raise::from(Error::argument("filter", format!("\"{other}\""), needed)).into())
+            }
+        }
+    }
 }
 
 impl From<PidIn> for Pid {
     fn from(p: PidIn) -> Self {
         let pi = Pid::pi(p.Kp, p.Ti);
-        Pid { Ki: p.pure_Ki.unwrap_or(pi.Ki), Td: p.Td, Tf: p.Tf, b: p.b, c: p.c, Ts: p.Ts, ..pi }
+        Pid {
+            Ki: p.pure_Ki.unwrap_or(pi.Ki),
+            Td: p.Td,
+            Tf: p.Tf,
+            b: p.b,
+            c: p.c,
+            filter: p.filter.0,
+            Ts: p.Ts,
+            ..pi
+        }
     }
 }
 
@@ -111,6 +165,7 @@ fn gains(pid: PidIn) -> (f64, f64) {
 pub enum ModelOut {
     Poly(PolyOut),
     Process(ProcessOut),
+    Transfer(TransferOut),
 }
 
 #[derive(IntoPyObject)]
@@ -127,7 +182,17 @@ pub struct PolyOut {
 #[derive(IntoPyObject)]
 pub struct ProcessOut {
     K: f64,
-    T: f64,
+    T: Times,
+    L: f64,
+    Tz: f64,
+    zeta: Option<f64>,
+    integrating: bool,
+}
+
+#[derive(IntoPyObject)]
+pub struct TransferOut {
+    num: Frozen,
+    den: Frozen,
     L: f64,
 }
 
@@ -139,7 +204,13 @@ impl From<Model> for ModelOut {
                 let (A, C, D) = (Frozen(A), Frozen(C), Frozen(D));
                 ModelOut::Poly(PolyOut { A, B: each(B), C, D, F: each(F), nk, Ts })
             }
-            Model::Process(ProcessModel { K, T, L }) => ModelOut::Process(ProcessOut { K, T, L }),
+            Model::Process(ProcessModel { K, T, L, Tz, zeta, integrating }) => {
+                let T = if let [T] = T[..] { Times::One(T) } else { Times::Several(T) };
+                ModelOut::Process(ProcessOut { K, T, L, Tz, zeta, integrating })
+            }
+            Model::Transfer(TransferFunction { num, den, L }) => {
+                ModelOut::Transfer(TransferOut { num: Frozen(num), den: Frozen(den), L })
+            }
         }
     }
 }
@@ -200,22 +271,23 @@ fn resonance(model: ModelIn, input: usize) -> Option<(f64, f64)> {
 
 #[pyfunction]
 fn c2d(model: ModelIn, Ts: f64) -> Outcome<ModelOut> {
-    match &model.0 {
-        Model::Process(m) => Ok(Model::Poly(model::c2d(m, Ts)?).into()),
-        Model::Poly(_) => Err(Error::argument("model", "a PolyModel", "a ProcessModel").into()),
-    }
-}
-
-/// The sampled form of lags in series.
-#[pyfunction]
-fn lags(K: f64, T: Vec<f64>, Ts: f64) -> Outcome<ModelOut> {
-    Ok(Model::Poly(model::lags(K, &T, Ts)?).into())
+    Ok(Model::Poly(model::c2d(&model.0, Ts)?).into())
 }
 
 #[pyfunction]
 fn d2c(model: ModelIn) -> Outcome<ModelOut> {
     match &model.0 {
-        Model::Poly(m) => Ok(Model::Process(model::d2c(m)?).into()),
-        Model::Process(_) => Err(Error::argument("model", "a ProcessModel", "a PolyModel").into()),
+        Model::Poly(m) => Ok(Model::from(model::d2c(m)?).into()),
+        _ => Err(Error::argument("model", "a continuous model", "a PolyModel").into()),
+    }
+}
+
+/// A process model as numerator, denominator and dead time.
+#[pyfunction]
+fn transfer(model: ModelIn) -> Outcome<ModelOut> {
+    model.0.check()?;
+    match model.0.transfer() {
+        Some(G) => Ok(Model::Transfer(G.into_owned()).into()),
+        None => Err(Error::argument("model", "a PolyModel", "a ProcessModel or TransferFunction").into()),
     }
 }

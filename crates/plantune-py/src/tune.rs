@@ -148,6 +148,7 @@ struct MarginsOut {
     delay: f64,
     Ms: f64,
     Mt: f64,
+    noise_gain: f64,
 }
 
 #[pyfunction]
@@ -163,6 +164,7 @@ fn margins(model: ModelIn, pid: PidIn) -> Outcome<MarginsOut> {
         delay: m.delay,
         Ms: m.Ms,
         Mt: m.Mt,
+        noise_gain: m.noise_gain,
     })
 }
 

@@ -14,8 +14,7 @@ import numpy as np
 from plantune import _core
 from plantune.datasets.arguments import check_arguments
 from plantune.errors import refusal
-from plantune.models import PolyModel
-from plantune.models.convert import from_core
+from plantune.models import PolyModel, ProcessModel, c2d
 from plantune.record import Floats, Record
 
 
@@ -46,9 +45,7 @@ class PrinterMotor(NamedTuple):
         if order not in (2, 3):
             raise refusal("U01", f"`order` is {order}, must be 2 or 3", remedy="order=2")
         lags = [self.Tm, self.Te, self.Tb][:order]
-        model = from_core(_core.lags(self.K, lags, self.Ts))
-        assert isinstance(model, PolyModel)
-        return model
+        return c2d(ProcessModel(K=self.K, T=tuple(lags)), self.Ts)
 
 
 PRINTER_MOTOR: Final = PrinterMotor(K=1.8, Tm=0.049, Te=0.002, Tb=0.006, Ts=0.002, resolution=0.8)

@@ -35,9 +35,9 @@ def to_json(value: Any, longest: int | None = None) -> Any:
     Examples
     --------
     >>> import numpy as np
-    >>> from plantune.models import ProcessModel
-    >>> to_json(ProcessModel(K=2.0, T=5.0, L=1.3))
-    {'kind': 'process', 'K': 2.0, 'T': 5.0, 'L': 1.3}
+    >>> from plantune.models import TransferFunction
+    >>> to_json(TransferFunction([2.0], [5.0, 1.0], L=1.3))
+    {'kind': 'transfer', 'num': [2.0], 'den': [5.0, 1.0], 'L': 1.3}
     >>> to_json({"poles": np.array([0.5 + 0.1j]), "Ti": float("inf"), "y": np.zeros(9)}, longest=4)
     {'poles': [[0.5, 0.1]], 'Ti': None, 'y': {'shape': [9]}}
     """

@@ -4,5 +4,6 @@ from plantune.models.convert import c2d, d2c
 from plantune.models.pid import PID
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
+from plantune.models.transfer import TransferFunction
 
-__all__ = ["PID", "PolyModel", "ProcessModel", "c2d", "d2c"]
+__all__ = ["PID", "PolyModel", "ProcessModel", "TransferFunction", "c2d", "d2c"]

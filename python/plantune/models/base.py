@@ -166,3 +166,12 @@ class LinearModel:
         True
         """
         return type(self) is type(other) and repr(self) == repr(other)
+
+
+def coefficients(p: Any, name: str) -> Floats:
+    """Return a polynomial as a frozen array; refuse what is not finite."""
+    x = np.array(p, float).reshape(-1)
+    if len(x) == 0 or not np.isfinite(x).all():
+        raise refusal("U01", f"`{name}` is {p!r}, must be finite", remedy="at least one number")
+    x.flags.writeable = False
+    return x

@@ -8,23 +8,24 @@ from typing import Any
 from plantune import _core
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
+from plantune.models.transfer import TransferFunction
 
 
-def c2d(model: ProcessModel, Ts: float) -> PolyModel:
-    """Sample a process model behind a zero-order hold, exact for any delay.
+def c2d(model: ProcessModel | TransferFunction, Ts: float) -> PolyModel:
+    """Sample a continuous model behind a zero-order hold, exact for any delay.
 
     Parameters
     ----------
-    model : ProcessModel
-        `K != 0`, `T > 0`, `L >= 0`.
+    model : ProcessModel or TransferFunction
+        Of any order; `K != 0`, `T > 0`, `L >= 0`.
     Ts : float
         Sample time, seconds.
 
     Returns
     -------
     PolyModel
-        `A = [1, -a]`; `B = [b1]` for a whole delay, else `[b1, b2]`; `nk` one more than the
-        whole samples in `L`.
+        Of first order `A = [1, -a]`; `B = [b1]` for a whole delay, else `[b1, b2]`; `nk` one more
+        than the whole samples in `L`.
 
     Raises
     ------
@@ -73,6 +74,8 @@ def d2c(model: PolyModel) -> ProcessModel:
     return ProcessModel(**_core.d2c(model))
 
 
-def from_core(d: Mapping[str, Any]) -> PolyModel | ProcessModel:
+def from_core(d: Mapping[str, Any]) -> PolyModel | ProcessModel | TransferFunction:
     """Return the model that the core sends as a dict."""
+    if "num" in d:
+        return TransferFunction(**d)
     return ProcessModel(**d) if "K" in d else PolyModel.of_core(d)

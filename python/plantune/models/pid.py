@@ -21,11 +21,11 @@ class PID:
     Ti : float
         Integral time, seconds; `inf` for none.
     Td, Tf : float
-        Derivative time and its filter time, seconds.
+        Derivative time and filter time, seconds.
     b, c : float
         Set-point weights on P and D.
-    filter : "d1"
-        First-order filter on D.
+    filter : "d1" or "y2"
+        First order on D, `1/(Tf s + 1)`, or second order on y, `1/(1 + Tf s + (Tf s)^2/2)`.
     Ts : float, optional
         Sample time in seconds of a sampled controller (backward Euler); None is continuous.
 
@@ -61,7 +61,7 @@ class PID:
             ("Ti", self.Ti > 0, "positive, or inf"),
             ("Td", math.isfinite(self.Td) and self.Td >= 0, "zero or positive"),
             ("Tf", math.isfinite(self.Tf) and self.Tf >= 0, "zero or positive"),
-            ("filter", self.filter == "d1", "'d1'"),
+            ("filter", self.filter in ("d1", "y2"), "'d1' or 'y2'"),
             ("Ts", self.Ts is None or self.Ts > 0, "positive, or None"),
         ):
             if not fine:
@@ -89,12 +89,17 @@ class PID:
         """Derivative gain `Kp Td`, u s/y."""
         return _core.gains(self)[1]
 
+    def _where(self) -> str:
+        return " on y" if self.filter == "y2" else ""
+
     def __str__(self) -> str:
         if self.pure_Ki is not None:
             return f"I: Ki = {self.pure_Ki:.6g} 1/s"
         parts = [("Kp", f"{self.Kp:.6g}")]
         parts += [("Ti", f"{self.Ti:.6g} s")] if math.isfinite(self.Ti) else []
-        parts += [("Td", f"{self.Td:.6g} s"), ("Tf", f"{self.Tf:.6g} s")] if self.Td else []
+        filtered = self.Td or (self.filter == "y2" and self.Tf)
+        parts += [("Td", f"{self.Td:.6g} s")] if self.Td else []
+        parts += [("Tf", f"{self.Tf:.6g} s" + self._where())] if filtered else []
         parts += [("Ts", f"{self.Ts:.6g} s")] if self.Ts else []
         form = "P" + ("I" if math.isfinite(self.Ti) else "") + ("D" if self.Td else "")
         return f"{form}: " + ", ".join(f"{name} = {value}" for name, value in parts)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from plantune.errors import refusal
-from plantune.models.base import LinearModel
+from plantune.models.base import LinearModel, coefficients
 from plantune.record import Floats
 
 _ONE = (1.0,)
@@ -56,10 +56,10 @@ class PolyModel(LinearModel):
         frozen: dict[str, Any] = {p: _monic(getattr(self, p), p) for p in ("A", "C", "D")}
         F = ([_ONE] * inputs if several else _ONE) if self.F is None else self.F
         if several:
-            frozen["B"] = [_polynomial(b, "B") for b in self.B]
+            frozen["B"] = [coefficients(b, "B") for b in self.B]
             frozen["F"] = [_monic(f, "F") for f in F]
         else:
-            frozen["B"], frozen["F"] = _polynomial(self.B, "B"), _monic(F, "F")
+            frozen["B"], frozen["F"] = coefficients(self.B, "B"), _monic(F, "F")
         nk = self.nk if np.ndim(self.nk) else [self.nk] * inputs
         if len(nk) != inputs or len(self._list(frozen["F"])) != inputs:
             raise refusal("U01", f"B has {inputs} inputs, `nk` {len(nk)}", remedy="one per input")
@@ -121,16 +121,8 @@ class PolyModel(LinearModel):
         return "\n".join([head, *own[:1], *lines, *own[1:], f"Ts = {self.Ts:g} s"])
 
 
-def _polynomial(p: Any, name: str) -> Floats:
-    x = np.array(p, float).reshape(-1)
-    if len(x) == 0 or not np.isfinite(x).all():
-        raise refusal("U01", f"`{name}` is {p!r}, must be finite", remedy="at least one number")
-    x.flags.writeable = False
-    return x
-
-
 def _monic(p: Any, name: str) -> Floats:
-    x = _polynomial(p, name)
+    x = coefficients(p, name)
     if x[0] != 1.0:
         raise refusal("U01", f"`{name}` begins with {x[0]}, must begin with 1", remedy="divide")
     return x

@@ -88,7 +88,7 @@ def bode(
 def _grid(fits: tuple[Fit, ...]) -> Floats:
     for fit in fits:
         if isinstance(fit.model, ProcessModel):
-            T, L = fit.model.T, fit.model.L
+            T, L = sum(fit.model.times), fit.model.L
             top = max(10 / (T + L), min(4 / L, 1000 / (T + L)) if L > 0 else 0.0)
             return np.geomspace(0.05 / (T + L), top, POINTS)
     Ts = fits[0].model.Ts  # type: ignore[union-attr]

@@ -80,7 +80,7 @@ def _grid(fits: tuple[Fit, ...]) -> Floats:
     """Choose times at which the curve bends, and enough between them."""
     for fit in fits:
         if isinstance(fit.model, ProcessModel):
-            T, L = fit.model.T, fit.model.L
+            T, L = sum(fit.model.times), fit.model.L
             return np.union1d(np.linspace(0.0, L + 6 * T, POINTS), [L])
     Ts = fits[0].model.Ts  # type: ignore[union-attr]
     return np.arange(101) * Ts

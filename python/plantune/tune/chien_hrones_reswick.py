@@ -78,5 +78,5 @@ def chien_hrones_reswick(
         lambda plant: _core.chien_hrones_reswick(plant, step, overshoot, controller),
         delay_at_least,
         limits,
-        lambda plant, _: outside("L / T", plant.L / plant.T, 1 / 9, 1.0),
+        lambda plant, _: outside("L / T", plant.L / plant.times[0], 1 / 9, 1.0),
     )

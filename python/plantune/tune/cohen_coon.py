@@ -63,5 +63,5 @@ def cohen_coon(
         lambda plant: _core.cohen_coon(plant, controller),
         delay_at_least,
         limits,
-        lambda plant, _: outside("L / T", plant.L / plant.T, 0.1, 1.0),
+        lambda plant, _: outside("L / T", plant.L / plant.times[0], 0.1, 1.0),
     )

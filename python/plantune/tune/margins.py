@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plantune import _core
-from plantune.models import PID, PolyModel, ProcessModel
+from plantune.models import PID
+from plantune.models.base import LinearModel
 from plantune.record import Floats
 
 Complex = NDArray[np.complex128]
@@ -30,6 +31,8 @@ class Margins:
         Delay margin, seconds.
     Ms, Mt : float
         Peaks of the sensitivity and of the complementary sensitivity.
+    noise_gain : float
+        Peak of `|C/(1+L)|`, how much of the sensor's noise reaches u at most, u/y.
 
     Examples
     --------
@@ -49,6 +52,7 @@ class Margins:
     delay: float
     Ms: float
     Mt: float
+    noise_gain: float
 
     def __str__(self) -> str:
         return ("" if self.stable else "unstable: ") + (
@@ -86,12 +90,12 @@ class Sensitivities:
     CS: Complex
 
 
-def margins(model: ProcessModel | PolyModel, pid: PID) -> Margins:
+def margins(model: LinearModel, pid: PID) -> Margins:
     """Return gain, phase and delay margins, Ms and Mt, with the exact delay.
 
     Parameters
     ----------
-    model : ProcessModel or PolyModel
+    model : ProcessModel, TransferFunction or PolyModel
         The plant; its first input is the controller's output.
     pid : PID
         A sampled one meets the exact pulse transfer function.
@@ -115,12 +119,12 @@ def margins(model: ProcessModel | PolyModel, pid: PID) -> Margins:
     return Margins(**_core.margins(model, pid))
 
 
-def sensitivities(model: ProcessModel | PolyModel, pid: PID, w: ArrayLike) -> Sensitivities:
+def sensitivities(model: LinearModel, pid: PID, w: ArrayLike) -> Sensitivities:
     """Return the frequency responses of the loop, with the exact delay.
 
     Parameters
     ----------
-    model : ProcessModel or PolyModel
+    model : ProcessModel, TransferFunction or PolyModel
         The plant; its first input is the controller's output.
     pid : PID
         A sampled one meets the exact pulse transfer function.

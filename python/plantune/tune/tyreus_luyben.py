@@ -63,5 +63,5 @@ def tyreus_luyben(
         lambda plant: _core.tyreus_luyben(plant, controller),
         delay_at_least,
         limits,
-        lambda plant, _: outside("L / T", plant.L / plant.T, 0.0, 1.0),
+        lambda plant, _: outside("L / T", plant.L / plant.times[0], 0.0, 1.0),
     )

@@ -1,4 +1,4 @@
-//! Eigenvalues of small matrices.
+//! Eigenvalues and exponentials of small matrices.
 
 use nalgebra::DMatrix;
 
@@ -14,4 +14,10 @@ pub fn symmetric_eigenvalues(a: &[f64], n: usize) -> Vec<f64> {
     let mut values: Vec<f64> = a.symmetric_eigenvalues().iter().copied().collect();
     values.sort_by(f64::total_cmp);
     values
+}
+
+/// Exponential of a square matrix, row-major; Padé with scaling and squaring.
+pub fn exponential(a: &[f64], n: usize) -> Vec<f64> {
+    let e = DMatrix::from_row_slice(n, n, a).exp();
+    (0..n * n).map(|ij| e[(ij / n, ij % n)]).collect()
 }

@@ -14,7 +14,7 @@ mod solve;
 pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;
-pub use eigen::{eigenvalues, symmetric_eigenvalues};
+pub use eigen::{eigenvalues, exponential, symmetric_eigenvalues};
 pub use gram::Gram;
 pub use kernel::{dot, extent, scale_into, sum, vectorised};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};

@@ -8,22 +8,24 @@
 //!
 //! valid for `0 <= b1/K <= 1 - a`.
 
-use super::{PolyModel, ProcessModel};
+use super::{Fopdt, Model, PolyModel, sampled};
 use crate::error::{Error, Result};
 
-/// The process model behind a zero-order hold.
-pub fn c2d(model: &ProcessModel, Ts: f64) -> Result<PolyModel> {
+/// A continuous model behind a zero-order hold.
+pub fn c2d(model: &Model, Ts: f64) -> Result<PolyModel> {
     if !(Ts > 0.0 && Ts.is_finite()) {
         return Err(Error::argument("Ts", Ts, "a positive number of seconds"));
     }
-    check_process(model)?;
-    let (a, b1, b2, m) = model.sampled(Ts);
-    let B = if b2 == 0.0 { vec![b1] } else { vec![b1, b2] };
-    Ok(PolyModel::arx(vec![1.0, -a], vec![B], vec![m + 1], Ts))
+    model.check()?;
+    match (model.first_order(), model.transfer()) {
+        (Some(plant), _) => Ok(plant.held(Ts)),
+        (None, Some(G)) => Ok(sampled(&G, Ts)),
+        (None, None) => Err(Error::argument("model", "a PolyModel", "a ProcessModel or TransferFunction")),
+    }
 }
 
 /// The process model that a first-order polynomial model samples.
-pub fn d2c(model: &PolyModel) -> Result<ProcessModel> {
+pub fn d2c(model: &PolyModel) -> Result<Fopdt> {
     let denominator = match (model.A.len(), model.F.first().map(Vec::len), model.B.len()) {
         (2, Some(1), 1) => &model.A,
         (1, Some(2), 1) => &model.F[0],
@@ -66,12 +68,12 @@ pub fn d2c(model: &PolyModel) -> Result<ProcessModel> {
     let T = -model.Ts / a.ln();
     let f = (model.Ts + T * (-share).ln_1p()).clamp(0.0, model.Ts);
     let f = if f < 1e-12 * model.Ts { 0.0 } else { f };
-    Ok(ProcessModel { K, T, L: (model.nk[0] - 1) as f64 * model.Ts + f })
+    Ok(Fopdt { K, T, L: (model.nk[0] - 1) as f64 * model.Ts + f })
 }
 
 /// Refuses a process model that is none (M12).
-pub fn check_process(model: &ProcessModel) -> Result<()> {
-    let ProcessModel { K, T, L } = *model;
+pub fn check_fopdt(model: &Fopdt) -> Result<()> {
+    let Fopdt { K, T, L } = *model;
     for (name, value, fine, needed) in [
         ("K", K, K != 0.0, "finite and not zero"),
         ("T", T, T > 0.0, "positive"),
@@ -92,8 +94,8 @@ mod tests {
     #[test]
     fn there_and_back() {
         for L in [0.0, 0.004, 0.1, 0.1199] {
-            let model = ProcessModel { K: -5.939, T: 0.1491, L };
-            let back = c2d(&model, 0.02).and_then(|sampled| d2c(&sampled)).expect("a process");
+            let model = Fopdt { K: -5.939, T: 0.1491, L };
+            let back = c2d(&model.into(), 0.02).and_then(|sampled| d2c(&sampled)).expect("a process");
             assert!((back.K - model.K).abs() < 1e-12 && (back.T - model.T).abs() < 1e-12);
             assert!((back.L - L).abs() < 1e-12, "{} {L}", back.L);
         }

@@ -1,18 +1,24 @@
 //! Models as values: one `enum Model`, and what every verb asks of it.
 
 mod convert;
-mod lags;
+mod fopdt;
 mod pid;
 mod poly;
 mod process;
+mod realisation;
 mod resonance;
+mod transfer;
 
-pub use convert::{c2d, check_process, d2c};
-pub use lags::lags;
-pub use pid::Pid;
+pub use convert::{c2d, check_fopdt, d2c};
+pub use fopdt::{Fopdt, Fraction};
+pub use pid::{Filter, Pid};
 pub use poly::PolyModel;
-pub use process::{Fraction, ProcessModel};
+pub use process::ProcessModel;
+pub use realisation::{Realisation, Transition, sampled};
 pub use resonance::{Mode, resonance};
+pub use transfer::TransferFunction;
+
+use std::borrow::Cow;
 
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
@@ -22,8 +28,10 @@ use crate::linalg::Complex;
 pub enum Model {
     /// `A y = (B / F) u + (C / D) e`.
     Poly(PolyModel),
-    /// `K e^(-L s) / (T s + 1)`.
+    /// `K (Tz s + 1) e^(-L s) / (s^i prod (T_k s + 1))`.
     Process(ProcessModel),
+    /// `num(s) / den(s) e^(-L s)`.
+    Transfer(TransferFunction),
 }
 
 /// A response over one segment, linear in what is not known of its start:
@@ -35,20 +43,69 @@ pub struct Response {
     pub free: Vec<Vec<f64>>,
 }
 
+/// How a model runs over samples.
+enum Sampled<'m> {
+    /// Its own formulas, exact.
+    First(Fopdt),
+    /// A difference equation.
+    Poly(Cow<'m, PolyModel>),
+}
+
+impl From<Fopdt> for Model {
+    fn from(plant: Fopdt) -> Self {
+        Model::Process(plant.into())
+    }
+}
+
 impl Model {
     /// Number of inputs.
     pub fn nu(&self) -> usize {
         match self {
             Model::Poly(m) => m.B.len(),
-            Model::Process(_) => 1,
+            Model::Process(_) | Model::Transfer(_) => 1,
+        }
+    }
+
+    /// Of a continuous model numerator, denominator and dead time.
+    pub fn transfer(&self) -> Option<Cow<'_, TransferFunction>> {
+        match self {
+            Model::Poly(_) => None,
+            Model::Process(m) => Some(Cow::Owned(m.transfer())),
+            Model::Transfer(m) => Some(Cow::Borrowed(m)),
+        }
+    }
+
+    /// The first order plus dead time that this is, if it is one.
+    pub fn first_order(&self) -> Option<Fopdt> {
+        match self {
+            Model::Process(m) => m.first_order(),
+            _ => None,
+        }
+    }
+
+    /// Refuses what is no plant (M12).
+    pub fn check(&self) -> Result<()> {
+        match self {
+            Model::Poly(_) => Ok(()),
+            Model::Process(m) => m.check(),
+            Model::Transfer(m) => m.check(),
+        }
+    }
+
+    fn sampled(&self, Ts: f64) -> Sampled<'_> {
+        match (self, self.first_order()) {
+            (_, Some(plant)) => Sampled::First(plant),
+            (Model::Poly(m), _) => Sampled::Poly(Cow::Borrowed(m)),
+            (Model::Process(m), _) => Sampled::Poly(Cow::Owned(sampled(&m.transfer(), Ts))),
+            (Model::Transfer(m), _) => Sampled::Poly(Cow::Owned(sampled(m, Ts))),
         }
     }
 
     /// Rows at the start of a segment that serve as history only.
     pub fn history(&self, Ts: f64) -> usize {
-        match self {
-            Model::Poly(m) => m.history(),
-            Model::Process(m) => m.history(Ts),
+        match self.sampled(Ts) {
+            Sampled::First(m) => m.history(Ts),
+            Sampled::Poly(m) => m.history(),
         }
     }
 
@@ -56,15 +113,17 @@ impl Model {
     pub fn order(&self) -> usize {
         match self {
             Model::Poly(m) => m.order(),
-            Model::Process(_) => 1,
+            Model::Process(m) => m.transfer().den.len() - 1,
+            Model::Transfer(m) => m.den.len() - 1,
         }
     }
 
-    /// Parameters in the order of their names.
+    /// Parameters in the order of their names; a transfer function has none with names.
     pub fn theta(&self) -> Vec<f64> {
         match self {
             Model::Poly(m) => m.theta(),
-            Model::Process(m) => vec![m.K, m.T, m.L],
+            Model::Process(m) => m.theta(),
+            Model::Transfer(_) => Vec::new(),
         }
     }
 
@@ -72,7 +131,8 @@ impl Model {
     pub fn with_theta(&self, theta: &[f64]) -> Model {
         match self {
             Model::Poly(m) => Model::Poly(m.with_theta(theta)),
-            Model::Process(_) => Model::Process(ProcessModel { K: theta[0], T: theta[1], L: theta[2] }),
+            Model::Process(m) => Model::Process(m.with_theta(theta)),
+            Model::Transfer(m) => Model::Transfer(m.clone()),
         }
     }
 
@@ -80,7 +140,8 @@ impl Model {
     pub fn is_sound(&self) -> bool {
         match self {
             Model::Poly(_) => true,
-            Model::Process(m) => m.T > 0.0 && m.L >= 0.0,
+            Model::Process(m) => m.T.iter().all(|&T| T > 0.0) && m.L >= 0.0,
+            Model::Transfer(m) => m.L >= 0.0,
         }
     }
 
@@ -97,63 +158,67 @@ impl Model {
         }
     }
 
-    /// Response from rest at row 0, the input before it being zero; `x0` is the process model's start value.
+    /// Response from rest at row 0, the input before it being zero; `x0` is the start value of a first-order
+    /// process model.
     pub fn simulate(&self, u: &[f64], nu: usize, Ts: f64, x0: f64) -> Result<Vec<f64>> {
         self.check_Ts(Ts)?;
+        self.check()?;
         if nu != self.nu() {
             return Err(Error::argument("u", format!("{nu} columns"), &format!("{} columns", self.nu())));
         }
-        Ok(match self {
-            Model::Poly(m) => m.simulate(u, nu),
-            Model::Process(m) => m.simulate(u, Ts, x0),
-        })
+        match self.sampled(Ts) {
+            Sampled::First(m) => Ok(m.simulate(u, Ts, x0)),
+            Sampled::Poly(m) if x0 == 0.0 => Ok(m.simulate(u, nu)),
+            Sampled::Poly(_) => Err(Error::argument("x0", x0, "0 but for a first-order process model")),
+        }
     }
 
     /// Simulated output over one segment.
     pub fn simulation(&self, u: &[f64], nu: usize, Ts: f64) -> Response {
-        match self {
-            Model::Poly(m) => m.simulation(u, nu),
-            Model::Process(m) => m.simulation(u, Ts),
+        match self.sampled(Ts) {
+            Sampled::First(m) => m.simulation(u, Ts),
+            Sampled::Poly(m) => m.simulation(u, nu),
         }
     }
 
     /// One-step prediction error over one segment; `y` without its offset.
     pub fn prediction_error(&self, u: &[f64], nu: usize, y: &[f64], Ts: f64) -> Response {
-        match self {
-            Model::Poly(m) => m.prediction_error(u, nu, y),
-            Model::Process(m) => {
-                // The noise of a process model is white on the output, so it predicts what it simulates.
-                let mut response = m.simulation(u, Ts);
-                for (e, y) in response.forced.iter_mut().zip(&y[m.history(Ts)..]) {
-                    *e = y - *e;
-                }
-                response.free.iter_mut().flatten().for_each(|v| *v = -*v);
-                response
-            }
+        if let Model::Poly(m) = self {
+            return m.prediction_error(u, nu, y);
         }
+        // The noise of a continuous model is white on the output, so it predicts what it simulates.
+        let mut response = self.simulation(u, nu, Ts);
+        for (e, y) in response.forced.iter_mut().zip(&y[self.history(Ts)..]) {
+            *e = y - *e;
+        }
+        response.free.iter_mut().flatten().for_each(|v| *v = -*v);
+        response
     }
 
     /// First `len` terms of the noise model `H(q)`.
     pub fn noise_impulse(&self, len: usize) -> Vec<f64> {
         match self {
             Model::Poly(m) => m.noise_impulse(len),
-            Model::Process(_) => (0..len).map(|k| f64::from(u8::from(k == 0))).collect(),
+            _ => (0..len).map(|k| f64::from(u8::from(k == 0))).collect(),
         }
     }
 
     /// Frequency response from input `i` at `w` rad/s, exact delay.
     pub fn freqresp(&self, i: usize, w: f64) -> Complex<f64> {
-        match self {
-            Model::Poly(m) => m.freqresp(i, w),
-            Model::Process(m) => m.freqresp(w),
+        match (self, self.first_order()) {
+            (_, Some(m)) => m.freqresp(w),
+            (Model::Poly(m), _) => m.freqresp(i, w),
+            (Model::Process(m), _) => m.transfer().freqresp(w),
+            (Model::Transfer(m), _) => m.freqresp(w),
         }
     }
 
-    /// Poles: in `z` for a polynomial model, in 1/s for a process model.
+    /// Poles: in `z` for a polynomial model, else in 1/s.
     pub fn poles(&self) -> Vec<(f64, f64)> {
         match self {
             Model::Poly(m) => m.poles(),
-            Model::Process(m) => vec![(-1.0 / m.T, 0.0)],
+            Model::Process(m) => m.transfer().poles(),
+            Model::Transfer(m) => m.poles(),
         }
     }
 
@@ -161,7 +226,8 @@ impl Model {
     pub fn zeros(&self, i: usize) -> Vec<(f64, f64)> {
         match self {
             Model::Poly(m) => crate::poly::roots(&m.B[i]),
-            Model::Process(_) => Vec::new(),
+            Model::Process(m) => m.transfer().zeros(),
+            Model::Transfer(m) => m.zeros(),
         }
     }
 
@@ -169,15 +235,18 @@ impl Model {
     pub fn dc_gain(&self) -> Vec<f64> {
         match self {
             Model::Poly(m) => (0..m.B.len()).map(|i| m.dc_gain(i)).collect(),
-            Model::Process(m) => vec![m.K],
+            Model::Process(m) => vec![m.transfer().dc_gain()],
+            Model::Transfer(m) => vec![m.dc_gain()],
         }
     }
 
     /// Response to a unit step of input `i` at time 0, at the given times.
     pub fn step_response(&self, i: usize, t: &[f64]) -> Vec<f64> {
-        match self {
-            Model::Poly(m) => m.step_response(i, t),
-            Model::Process(m) => t.iter().map(|&t| m.step_response(t)).collect(),
+        match (self, self.first_order()) {
+            (_, Some(m)) => t.iter().map(|&t| m.step_response(t)).collect(),
+            (Model::Poly(m), _) => m.step_response(i, t),
+            (Model::Process(m), _) => m.transfer().step_response(t),
+            (Model::Transfer(m), _) => m.step_response(t),
         }
     }
 }

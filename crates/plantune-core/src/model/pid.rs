@@ -4,10 +4,22 @@
 //! u = Kp [ b r - y + (1/Ti) ∫(r - y) dt + Td d/dt (c r - y) / (Tf s + 1) ]
 //! ```
 //!
-//! A sampled controller uses backward Euler for the integral and the filtered derivative.
+//! With the filter on y instead, `y` stands for `F y`, `F(s) = 1 / (1 + Tf s + (Tf s)^2 / 2)`, everywhere,
+//! and D has no filter of its own. A sampled controller is backward Euler: `s = (1 - z^-1) / Ts`.
 
+use super::TransferFunction;
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
+use crate::poly::product;
+
+/// Where the controller filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Filter {
+    /// First order on the derivative.
+    D1,
+    /// Second order on the measured output.
+    Y2,
+}
 
 /// Controller settings; `Ti` may be infinite, `Ts` is absent for a continuous controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,12 +30,14 @@ pub struct Pid {
     pub Ki: f64,
     /// Derivative time, s.
     pub Td: f64,
-    /// Derivative filter time, s.
+    /// Filter time, s.
     pub Tf: f64,
     /// Set-point weight on P.
     pub b: f64,
     /// Set-point weight on D.
     pub c: f64,
+    /// Where it filters.
+    pub filter: Filter,
     /// Sample time, s.
     pub Ts: Option<f64>,
 }
@@ -31,7 +45,7 @@ pub struct Pid {
 impl Pid {
     /// PI on the error.
     pub fn pi(Kp: f64, Ti: f64) -> Self {
-        Pid { Kp, Ki: Kp / Ti, Td: 0.0, Tf: 0.0, b: 1.0, c: 0.0, Ts: None }
+        Pid { Kp, Ki: Kp / Ti, Td: 0.0, Tf: 0.0, b: 1.0, c: 0.0, filter: Filter::D1, Ts: None }
     }
 
     /// Integral time, s.
@@ -46,19 +60,64 @@ impl Pid {
 
     /// From `-y` to `u` at `w` rad/s.
     pub fn freqresp(&self, w: f64) -> Complex<f64> {
-        let one = Complex::new(1.0, 0.0);
-        match self.Ts {
-            None => {
-                let s = Complex::new(0.0, w);
-                one * self.Kp + self.Ki / s + s * self.Kp * self.Td / (s * self.Tf + 1.0)
+        let s = match self.Ts {
+            None => Complex::new(0.0, w),
+            Some(Ts) => (Complex::new(1.0, 0.0) - Complex::from_polar(1.0, -w * Ts)) / Ts,
+        };
+        // Without integral action nothing is infinite at 0.
+        let pi = if self.Ki == 0.0 { Complex::new(self.Kp, 0.0) } else { s.inv() * self.Ki + self.Kp };
+        match self.filter {
+            Filter::D1 => pi + s * self.Kd() / (s * self.Tf + 1.0),
+            Filter::Y2 => (pi + s * self.Kd()) / (s * self.Tf * (s * self.Tf * 0.5 + 1.0) + 1.0),
+        }
+    }
+
+    /// Of a continuous controller numerator and denominator.
+    pub fn transfer(&self) -> TransferFunction {
+        let (Kp, Ki, Kd, Tf) = (self.Kp, self.Ki, self.Kd(), self.Tf);
+        let filter = match (self.filter, Tf == 0.0) {
+            (_, true) => vec![1.0],
+            (Filter::D1, _) => vec![Tf, 1.0],
+            (Filter::Y2, _) => vec![0.5 * Tf * Tf, Tf, 1.0],
+        };
+        let num = match self.filter {
+            Filter::D1 => vec![Kd + Kp * Tf, Kp + Ki * Tf, Ki],
+            Filter::Y2 => vec![Kd, Kp, Ki],
+        };
+        let trim = |p: Vec<f64>| -> Vec<f64> {
+            let first = p.iter().position(|&c| c != 0.0).unwrap_or(p.len() - 1);
+            p[first..].to_vec()
+        };
+        // A P or PD controller has no pole at 0.
+        let integral = if Ki == 0.0 { vec![1.0] } else { vec![1.0, 0.0] };
+        let num = if Ki == 0.0 { num[..2].to_vec() } else { num };
+        TransferFunction { num: trim(num), den: product(&filter, &integral), L: 0.0 }
+    }
+
+    /// Of a sampled controller numerator and denominator in `q^-1`: `s = (1 - q^-1) / Ts`.
+    pub fn pulse_transfer(&self, Ts: f64) -> (Vec<f64>, Vec<f64>) {
+        let C = self.transfer();
+        let n = C.num.len().max(C.den.len()) - 1;
+        let held = |p: &[f64]| {
+            let mut power = vec![1.0];
+            let mut sum = vec![0.0; n + 1];
+            for (k, c) in p.iter().rev().enumerate() {
+                let scale = c * Ts.powi((n - k) as i32);
+                sum.iter_mut().zip(&power).for_each(|(s, x)| *s += scale * x);
+                power = product(&power, &[1.0, -1.0]);
             }
-            Some(Ts) => {
-                let z = Complex::from_polar(1.0, w * Ts);
-                let difference = (one - z.inv()) / Ts;
-                one * self.Kp
-                    + self.Ki / difference
-                    + difference * self.Kp * self.Td / (difference * self.Tf + 1.0)
-            }
+            sum
+        };
+        (held(&C.num), held(&C.den))
+    }
+
+    /// `|C|` where the frequency grows beyond all bounds; infinite for an unfiltered derivative.
+    pub fn gain_beyond(&self) -> f64 {
+        match (self.filter, self.Tf > 0.0, self.Kd() == 0.0) {
+            (Filter::Y2, true, _) => 0.0,
+            (_, _, true) => self.Kp.abs(),
+            (_, false, _) => f64::INFINITY,
+            (Filter::D1, true, _) => (self.Kp + self.Kd() / self.Tf).abs(),
         }
     }
 
@@ -70,6 +129,9 @@ impl Pid {
         }
         if self.Td < 0.0 || self.Tf < 0.0 || self.Ki * self.Kp < 0.0 {
             return Err(Error::argument("pid", format!("{self:?}"), "of one sign, with Td, Tf >= 0"));
+        }
+        if self.filter == Filter::Y2 && self.c != 0.0 && self.Td > 0.0 {
+            return Err(Error::argument("c", self.c, "0 with a filter on y: nothing filters the set point"));
         }
         if self.Ts.is_some_and(|Ts| !(Ts > 0.0)) {
             return Err(Error::argument("Ts", format!("{:?}", self.Ts), "positive or None"));

@@ -1,132 +1,109 @@
-//! First order plus dead time, `G(s) = K e^(-L s) / (T s + 1)`, with any real delay.
-//!
-//! With a zero-order hold and `L = m Ts + f`, `0 <= f < Ts`, sampling is exact:
+//! Process models: lags, a zero, an integrator and a dead time, each where the plant has one.
 //!
 //! ```text
-//! y(t) = a y(t-1) + b1 u(t-m-1) + b2 u(t-m-2)
-//! a  = exp(-Ts/T)
-//! b1 = K (1 - exp(-(Ts-f)/T))
-//! b2 = K (exp(-(Ts-f)/T) - a)
+//! G(s) = K (Tz s + 1) e^(-L s) / (s^i prod_k (T_k s + 1))
+//! with zeta, the first time belongs to a pair:  T_1^2 s^2 + 2 zeta T_1 s + 1  in place of  T_1 s + 1
 //! ```
 //!
-//! Source 001, (3.4-1) and (3.5-46) for `f = 0`; the fraction by splitting the hold interval.
+//! `i` is 1 for an integrating plant, else 0. A negative `Tz` is an inverse response. The plain
+//! first order has its own, faster formulas in [`super::fopdt`].
 
-use super::Response;
-use crate::linalg::Complex;
+use super::{Fopdt, TransferFunction};
+use crate::error::{Error, Result};
+use crate::poly::product;
 
-/// `K e^(-L s) / (T s + 1)`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// `K (Tz s + 1) e^(-L s) / (s^i prod (T_k s + 1))`.
+#[derive(Clone, Debug, PartialEq)]
 pub struct ProcessModel {
-    /// Static gain, y/u.
+    /// Static gain, y/u; of an integrating plant its slope, y/(u s).
     pub K: f64,
-    /// Time constant, s.
-    pub T: f64,
+    /// Time constants, s; none for an integrator alone.
+    pub T: Vec<f64>,
     /// Dead time, s.
     pub L: f64,
+    /// Time of the zero, s; 0 without one.
+    pub Tz: f64,
+    /// Damping of the pair of poles to which the first time belongs.
+    pub zeta: Option<f64>,
+    /// Whether a pole lies at 0.
+    pub integrating: bool,
 }
 
-/// A delay as whole samples and a rest, `L = m Ts + f` with `0 <= f < Ts`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fraction {
-    /// Whole samples.
-    pub m: usize,
-    /// The rest, s.
-    pub f: f64,
-}
-
-impl Fraction {
-    /// Splits `L`; a rest within rounding of a whole sample counts as one.
-    pub fn of(L: f64, Ts: f64) -> Self {
-        let samples = L / Ts;
-        let nearest = samples.round();
-        if (samples - nearest).abs() < 1e-9 * nearest.max(1.0) {
-            return Fraction { m: nearest as usize, f: 0.0 };
-        }
-        let m = samples.floor();
-        Fraction { m: m as usize, f: L - m * Ts }
+impl From<Fopdt> for ProcessModel {
+    fn from(Fopdt { K, T, L }: Fopdt) -> Self {
+        ProcessModel { K, T: vec![T], L, Tz: 0.0, zeta: None, integrating: false }
     }
 }
 
 impl ProcessModel {
-    /// `a, b1, b2` and the whole samples `m` of the exact sampled form.
-    pub fn sampled(&self, Ts: f64) -> (f64, f64, f64, usize) {
-        let Fraction { m, f } = Fraction::of(self.L, Ts);
-        let a = (-Ts / self.T).exp();
-        let b1 = -self.K * (-(Ts - f) / self.T).exp_m1();
-        let b2 = -self.K * (-(Ts - f) / self.T).exp() * (-f / self.T).exp_m1();
-        (a, b1, b2, m)
-    }
-
-    /// Rows until all inputs of the recursion lie in the record.
-    pub fn history(&self, Ts: f64) -> usize {
-        Fraction::of(self.L, Ts).m + 1
-    }
-
-    /// Output from `y(0) = x0`; the input before row 0 is zero.
-    pub fn simulate(&self, u: &[f64], Ts: f64, x0: f64) -> Vec<f64> {
-        let (a, b1, b2, m) = self.sampled(Ts);
-        let mut y = Vec::with_capacity(u.len());
-        let mut state = x0;
-        for k in 0..u.len() {
-            if k > 0 {
-                let newer = if k > m { u[k - m - 1] } else { 0.0 };
-                let older = if k > m + 1 { u[k - m - 2] } else { 0.0 };
-                state = a * state + b1 * newer + b2 * older;
-            }
-            y.push(state);
+    /// The first order plus dead time that this is, if it is no more.
+    pub fn first_order(&self) -> Option<Fopdt> {
+        match (self.T.as_slice(), self.Tz, self.zeta, self.integrating) {
+            (&[T], 0.0, None, false) => Some(Fopdt { K: self.K, T, L: self.L }),
+            _ => None,
         }
-        y
     }
 
-    /// Response over a segment from row [`ProcessModel::history`] on, where the state is unknown.
-    pub fn simulation(&self, u: &[f64], Ts: f64) -> Response {
-        let (a, b1, b2, m) = self.sampled(Ts);
-        let rows = u.len().saturating_sub(m + 1);
-        let (mut forced, mut free) = (Vec::with_capacity(rows), Vec::with_capacity(rows));
-        let (mut state, mut decay) = (0.0, 1.0);
-        for k in 0..rows {
-            if k > 0 {
-                state = a * state + b1 * u[k] + b2 * u[k - 1];
-                decay *= a;
-            }
-            forced.push(state);
-            free.push(decay);
+    /// Parameters in the order of their names: `K T1 … L Tz zeta`, the last two where they are present.
+    pub fn theta(&self) -> Vec<f64> {
+        let zero = (self.Tz != 0.0).then_some(self.Tz);
+        [vec![self.K], self.T.clone(), vec![self.L]]
+            .concat()
+            .into_iter()
+            .chain(zero)
+            .chain(self.zeta)
+            .collect()
+    }
+
+    /// The same structure with other parameters.
+    pub fn with_theta(&self, theta: &[f64]) -> Self {
+        let n = self.T.len();
+        let mut rest = theta[n + 2..].iter().copied();
+        let Tz = if self.Tz != 0.0 { rest.next().unwrap_or(0.0) } else { 0.0 };
+        ProcessModel {
+            K: theta[0],
+            T: theta[1..=n].to_vec(),
+            L: theta[n + 1],
+            Tz,
+            zeta: self.zeta.and_then(|_| rest.next()),
+            integrating: self.integrating,
         }
-        Response { forced, free: vec![free] }
     }
 
-    /// `G(j w)`.
-    pub fn freqresp(&self, w: f64) -> Complex<f64> {
-        Complex::from_polar(self.K, -w * self.L) / Complex::new(1.0, w * self.T)
-    }
-
-    /// Response at time `t` to a unit step at time 0.
-    pub fn step_response(&self, t: f64) -> f64 {
-        if t <= self.L { 0.0 } else { -self.K * (-(t - self.L) / self.T).exp_m1() }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A staircase input answered by the superposition of analytic step responses.
-    #[test]
-    fn sampling_is_exact_for_any_delay() {
-        let Ts = 0.02;
-        let u: Vec<f64> = (0..200).map(|k| f64::from(k / 7 * 37 % 11)).collect();
-        for L in [0.0, 0.013, 0.1, 0.107] {
-            let model = ProcessModel { K: -5.939, T: 0.1491, L };
-            let y = model.simulate(&u, Ts, 0.0);
-            for (k, ours) in y.iter().enumerate() {
-                let exact: f64 = (0..=k)
-                    .map(|j| {
-                        let jump = u[j] - if j > 0 { u[j - 1] } else { 0.0 };
-                        jump * model.step_response((k - j) as f64 * Ts)
-                    })
-                    .sum();
-                assert!((ours - exact).abs() < 1e-10, "L {L} row {k}: {ours} {exact}");
-            }
+    /// As numerator and denominator.
+    pub fn transfer(&self) -> TransferFunction {
+        let num = if self.Tz == 0.0 { vec![self.K] } else { vec![self.K * self.Tz, self.K] };
+        let factor = |(k, &T): (usize, &f64)| match self.zeta {
+            Some(zeta) if k == 0 => vec![T * T, 2.0 * zeta * T, 1.0],
+            _ => vec![T, 1.0],
+        };
+        let mut den = self.T.iter().enumerate().map(factor).fold(vec![1.0], |p, f| product(&p, &f));
+        if self.integrating {
+            den.push(0.0);
         }
+        TransferFunction { num, den, L: self.L }
+    }
+
+    /// Refuses what is no plant (M12).
+    pub fn check(&self) -> Result<()> {
+        let of = |name: &str, value: f64, fine: bool, needed: &str| {
+            if value.is_finite() && fine {
+                return Ok(());
+            }
+            Err(Error::new("M12", format!("`{name}` is {value}, must be {needed}"))
+                .remedy("a process model needs K != 0, T > 0 and L >= 0"))
+        };
+        of("K", self.K, self.K != 0.0, "finite and not zero")?;
+        self.T.iter().try_for_each(|&T| of("T", T, T > 0.0, "positive"))?;
+        of("L", self.L, self.L >= 0.0, "zero or positive")?;
+        of("Tz", self.Tz, true, "finite")?;
+        match self.zeta {
+            Some(zeta) if self.T.is_empty() => {
+                Err(Error::argument("zeta", zeta, "absent: there is no time constant to go with it"))
+            }
+            Some(zeta) => of("zeta", zeta, zeta > 0.0, "positive"),
+            None => Ok(()),
+        }?;
+        self.transfer().check()
     }
 }

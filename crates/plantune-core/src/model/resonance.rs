@@ -37,7 +37,7 @@ fn modes(model: &Model) -> Vec<Mode> {
         .map(|(re, im)| {
             let s = match model {
                 Model::Poly(m) => Complex::new(re, im).ln() / m.Ts,
-                Model::Process(_) => Complex::new(re, im),
+                _ => Complex::new(re, im),
             };
             Mode { w: s.norm(), zeta: -s.re / s.norm() }
         })
@@ -47,7 +47,7 @@ fn modes(model: &Model) -> Vec<Mode> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{PolyModel, ProcessModel};
+    use crate::model::{Fopdt, PolyModel};
 
     /// `1 / (s^2 + 2 zeta w s + w^2)` has its sampled poles at `exp(s Ts)`.
     fn sampled(w: f64, zeta: f64, Ts: f64) -> Vec<f64> {
@@ -76,6 +76,6 @@ mod tests {
     fn well_damped_plants_have_none() {
         let well = PolyModel::arx(sampled(1.0, 0.8, 0.1), vec![vec![1.0]], vec![1], 0.1);
         assert_eq!(resonance(&Model::Poly(well), 0), None);
-        assert_eq!(resonance(&Model::Process(ProcessModel { K: 1.0, T: 2.0, L: 0.5 }), 0), None);
+        assert_eq!(resonance(&Model::from(Fopdt { K: 1.0, T: 2.0, L: 0.5 }), 0), None);
     }
 }

@@ -7,7 +7,7 @@
 //! Source 001, 3.4 and 3.7.6, with the exact delay instead of its Taylor and Padé forms.
 
 use crate::error::{Error, Result};
-use crate::model::{Pid, ProcessModel};
+use crate::model::{Fopdt, Pid};
 
 /// Most nodes of one simulation.
 const MOST_NODES: usize = 5_000_000;
@@ -51,9 +51,9 @@ pub struct ClosedLoop {
 }
 
 /// Simulates the loop over `r.len()` steps.
-pub fn closed_loop(model: &ProcessModel, pid: &Pid, settings: &ClosedLoopSettings) -> Result<ClosedLoop> {
+pub fn closed_loop(model: &Fopdt, pid: &Pid, settings: &ClosedLoopSettings) -> Result<ClosedLoop> {
     check(pid, settings)?;
-    crate::model::check_process(model)?;
+    crate::model::check_fopdt(model)?;
     let stride = nodes_per_step(model, pid, settings.dt)?;
     let steps = settings.r.len();
     if steps.saturating_mul(stride) > MOST_NODES {
@@ -115,8 +115,8 @@ pub fn closed_loop(model: &ProcessModel, pid: &Pid, settings: &ClosedLoopSetting
 }
 
 /// Seconds until a loop of sound settings has settled many times over.
-pub fn default_horizon(model: &ProcessModel, pid: &Pid) -> Result<f64> {
-    crate::model::check_process(model)?;
+pub fn default_horizon(model: &Fopdt, pid: &Pid) -> Result<f64> {
+    crate::model::check_fopdt(model)?;
     let closed = if pid.Ki != 0.0 { 1.0 / (model.K * pid.Ki).abs() } else { 0.0 };
     Ok(12.0 * (closed + model.T / (1.0 + (model.K * pid.Kp).abs()) + model.L))
 }
@@ -124,7 +124,7 @@ pub fn default_horizon(model: &ProcessModel, pid: &Pid) -> Result<f64> {
 /// As [`default_horizon`], and until a load has died out: it decays no faster than the integral time.
 ///
 /// The fast part of a loop decides how close the nodes lie, so a very slow recovery is cut short.
-pub fn load_horizon(model: &ProcessModel, pid: &Pid) -> Result<f64> {
+pub fn load_horizon(model: &Fopdt, pid: &Pid) -> Result<f64> {
     let settled = default_horizon(model, pid)?;
     let recovered = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
     Ok(recovered.max(settled).min(50.0 * settled))
@@ -157,7 +157,7 @@ fn check(pid: &Pid, settings: &ClosedLoopSettings) -> Result<()> {
 }
 
 /// Nodes so close that the straight line costs about 1e-6 of the indices.
-fn nodes_per_step(model: &ProcessModel, pid: &Pid, dt: f64) -> Result<usize> {
+fn nodes_per_step(model: &Fopdt, pid: &Pid, dt: f64) -> Result<usize> {
     let closed = model.T / (1.0 + (model.K * pid.Kp).abs());
     let scale = if pid.Ts.is_some() {
         40.0 * model.T.min(dt)
@@ -211,7 +211,7 @@ impl Piece {
 }
 
 impl Plant {
-    fn new(model: &ProcessModel, h: f64, v0: f64, nodes: usize) -> Self {
+    fn new(model: &Fopdt, h: f64, v0: f64, nodes: usize) -> Self {
         let delay = crate::model::Fraction::of(model.L, h);
         Plant {
             K: model.K,
@@ -329,7 +329,7 @@ impl<'p> Controller<'p> {
 mod tests {
     use super::*;
 
-    fn run(model: &ProcessModel, pid: &Pid, dt: f64, r: &[f64], offset: f64, u0: f64) -> ClosedLoop {
+    fn run(model: &Fopdt, pid: &Pid, dt: f64, r: &[f64], offset: f64, u0: f64) -> ClosedLoop {
         let zero = vec![0.0; r.len()];
         let settings = ClosedLoopSettings { dt, r, d: &zero, noise: &zero, offset, u0 };
         closed_loop(model, pid, &settings).expect("a sound loop")
@@ -338,7 +338,7 @@ mod tests {
     /// With `Ti = T` the loop is `k e^(-L s) / s`: `y' = k (1 - y(t - L))`, solved step by step in `L`.
     #[test]
     fn an_integrating_loop_follows_the_method_of_steps() {
-        let (model, k) = (ProcessModel { K: -2.0, T: 3.0, L: 1.0 }, 0.6);
+        let (model, k) = (Fopdt { K: -2.0, T: 3.0, L: 1.0 }, 0.6);
         let response = run(&model, &Pid::pi(k * model.T / model.K, model.T), 0.01, &[1.0; 400], 0.0, 0.0);
         for (j, y) in response.y.iter().enumerate() {
             let t = j as f64 * response.h;
@@ -352,7 +352,7 @@ mod tests {
 
     #[test]
     fn a_loop_in_equilibrium_stays_there() {
-        let model = ProcessModel { K: -5.939, T: 0.1491, L: 0.107 };
+        let model = Fopdt { K: -5.939, T: 0.1491, L: 0.107 };
         let (offset, u0) = (583.451, 30.9);
         let r = [model.K * u0 + offset; 50];
         for Ts in [None, Some(0.02)] {
@@ -367,7 +367,7 @@ mod tests {
     #[test]
     fn a_sampled_loop_is_the_difference_equation_at_the_samples() {
         let (Ts, Kp, Ti) = (0.2, 0.8, 1.5);
-        let model = ProcessModel { K: 1.5, T: 1.0, L: 0.3 };
+        let model = Fopdt { K: 1.5, T: 1.0, L: 0.3 };
         let pid = Pid { Ts: Some(Ts), ..Pid::pi(Kp, Ti) };
         let response = run(&model, &pid, Ts, &[1.0; 40], 0.0, 0.0);
         let (a, b1, b2, m) = model.sampled(Ts);
@@ -387,7 +387,7 @@ mod tests {
     /// A disturbance at the plant input that is there from the start is what `u0` plus itself would be.
     #[test]
     fn integral_action_removes_an_input_disturbance() {
-        let model = ProcessModel { K: 2.0, T: 1.0, L: 0.2 };
+        let model = Fopdt { K: 2.0, T: 1.0, L: 0.2 };
         let (r, d) = (vec![0.0; 3000], vec![0.7; 3000]);
         let settings = ClosedLoopSettings { dt: 0.01, r: &r, d: &d, noise: &r, offset: 0.0, u0: 0.0 };
         let response = closed_loop(&model, &Pid::pi(1.0, 1.0), &settings).expect("a sound loop");

@@ -51,15 +51,14 @@ pub fn bode_band(model: &Model, P: &[f64], i: usize, w: &[f64]) -> Result<(Bands
 
 /// Phase in degrees without jumps; it starts in (-270, 90], so that a negative gain starts at -180.
 pub fn phase_deg(model: &Model, i: usize, w: &[f64]) -> Vec<f64> {
+    if let Some(G) = model.transfer() {
+        // The dead time turns further than a grid can follow.
+        return w.iter().map(|&w| G.phase_deg(w)).collect();
+    }
     let mut last = f64::NAN;
     w.iter()
         .map(|&w| {
             let mut phase = model.freqresp(i, w).arg().to_degrees();
-            if let Model::Process(m) = model {
-                // The dead time turns further than a grid can follow.
-                let lag = -(w * m.T).atan() - w * m.L;
-                return lag.to_degrees() + if m.K < 0.0 { -180.0 } else { 0.0 };
-            }
             if last.is_finite() {
                 phase += 360.0 * ((last - phase) / 360.0).round();
             } else if phase > 90.0 {

@@ -5,8 +5,7 @@
 //! phase margin  180 deg + arg L(j w_p),  |L(j w_p)| = 1       source 001, (3.6-29), (3.6-30)
 //! delay margin  phase margin / w_p
 //! Ms = max |1/(1+L)|,  Mt = max |L/(1+L)|
-//! stable        1 + L turns by pi/2 for each integrator and by pi for each unstable pole of L
-//!               between zero and the highest frequency     (argument principle)
+//! noise gain = max |C/(1+L)|, from what the sensor adds to y to u
 //! ```
 //!
 //! A sampled controller meets the exact pulse transfer function of the plant. The margins of an unstable
@@ -14,13 +13,10 @@
 
 use std::f64::consts::PI;
 
+use super::open_loop::{OpenLoop, crosses_negative_axis, root};
 use crate::error::Result;
 use crate::linalg::Complex;
-use crate::model::{Model, Pid, c2d};
-use crate::poly::roots;
-
-/// Distance from the unit circle at which a pole counts as an integrator.
-const ON_CIRCLE: f64 = 1e-9;
+use crate::model::{Model, Pid};
 
 /// Margins; infinite where the loop never crosses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,34 +39,33 @@ pub struct Margins {
     pub Ms: f64,
     /// Largest complementary sensitivity.
     pub Mt: f64,
+    /// Largest gain from measurement noise to u, u/y.
+    pub noise_gain: f64,
 }
 
 /// Margins of `pid` on input 0 of `model`.
 pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
-    pid.check()?;
     let open = OpenLoop::new(model, pid)?;
     let grid = open.grid();
     let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
-    let mut turns = 0.0;
     let mut result = Margins {
-        stable: false,
+        stable: open.is_stable(&grid, &L),
         gain: f64::INFINITY,
         gain_db: f64::INFINITY,
         w_gain: f64::NAN,
         phase_deg: f64::INFINITY,
         w_phase: f64::NAN,
         delay: f64::INFINITY,
-        Ms: peak(&grid, &L, |L| 1.0 / (1.0 + L).norm(), &open),
-        Mt: peak(&grid, &L, |L| (L / (1.0 + L)).norm(), &open),
+        Ms: peak(&grid, |w, L| sensitivity(w, L).0, &open, &L),
+        Mt: peak(&grid, |w, L| sensitivity(w, L).1, &open, &L),
+        noise_gain: peak(&grid, |w, L| open.controller(w).norm() / (1.0 + L).norm(), &open, &L)
+            .max(open.noise_gain_beyond()),
     };
     for k in 0..grid.len() - 1 {
         let (a, b) = (grid[k], grid[k + 1]);
-        if (L[k].im > 0.0) != (L[k + 1].im > 0.0) && L[k].re.min(L[k + 1].re) < 0.0 {
+        if crosses_negative_axis(L[k], L[k + 1]) {
             let w = root(a, b, |w| open.at(w).im);
             let at = open.at(w);
-            if at.re < -1.0 {
-                turns += if L[k].im > 0.0 { 1.0 } else { -1.0 };
-            }
             if at.re < 0.0 && 1.0 / at.norm() < result.gain {
                 (result.gain, result.w_gain) = (1.0 / at.norm(), w);
             }
@@ -90,108 +85,49 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
     if pid.Ts.is_some() && last.re < 0.0 && 1.0 / last.norm() < result.gain {
         (result.gain, result.w_gain) = (1.0 / last.norm(), grid[grid.len() - 1]);
     }
-    let turned = (1.0 + last).arg() - (1.0 + L[0]).arg() + 2.0 * PI * turns;
-    result.stable = (turned - open.turn_of_a_stable_loop()).abs() < 0.5 * PI;
     result.gain_db = 20.0 * result.gain.log10();
     Ok(result)
 }
 
-/// `C G` with one notion of frequency.
-struct OpenLoop<'p> {
-    plant: Model,
-    pid: &'p Pid,
-    /// Time constants that bound where to look, s.
-    slowest: f64,
-    delay: f64,
-    highest: f64,
+/// `|S|` and `|T|`.
+fn sensitivity(_: f64, L: Complex<f64>) -> (f64, f64) {
+    let S = 1.0 / (1.0 + L).norm();
+    (S, L.norm() * S)
 }
 
-impl<'p> OpenLoop<'p> {
-    fn new(model: &Model, pid: &'p Pid) -> Result<Self> {
-        let plant = match (model, pid.Ts) {
-            (Model::Process(m), Some(Ts)) => Model::Poly(c2d(m, Ts)?),
-            (Model::Poly(m), Some(Ts)) => {
-                Model::Poly(m.clone()).check_Ts(Ts)?;
-                model.clone()
-            }
-            _ => model.clone(),
-        };
-        let (slowest, delay, highest) = match &plant {
-            Model::Process(m) => (m.T + m.L, m.L, f64::INFINITY),
-            Model::Poly(m) => {
-                let time_constant = |p: &(f64, f64)| {
-                    let r = p.0.hypot(p.1);
-                    if r > 0.0 && r < 1.0 { (-m.Ts / r.ln()).min(1e6 * m.Ts) } else { m.Ts }
-                };
-                let slow = m.poles().iter().map(time_constant).fold(m.Ts, f64::max);
-                (slow + m.nk[0] as f64 * m.Ts, (m.nk[0] + 1) as f64 * m.Ts, PI / m.Ts)
-            }
-        };
-        let slowest = if pid.Ki != 0.0 && pid.Ti() > slowest { pid.Ti() } else { slowest };
-        Ok(OpenLoop { plant, pid, slowest, delay, highest })
-    }
-
-    fn at(&self, w: f64) -> Complex<f64> {
-        self.pid.freqresp(w) * self.plant.freqresp(0, w)
-    }
-
-    /// How far `1 + L` turns from zero to the highest frequency when the closed loop has no unstable pole.
-    fn turn_of_a_stable_loop(&self) -> f64 {
-        let integral = if self.pid.Ki != 0.0 { 0.5 * PI } else { 0.0 };
-        let Model::Poly(plant) = &self.plant else { return integral };
-        let of_pole = |p: (f64, f64)| match p.0.hypot(p.1) {
-            r if r > 1.0 + ON_CIRCLE => PI,
-            r if r > 1.0 - ON_CIRCLE => 0.5 * PI,
-            _ => 0.0,
-        };
-        integral + roots(&plant.A).into_iter().chain(roots(&plant.F[0])).map(of_pole).sum::<f64>()
-    }
-
-    /// Steps of 1 %, and of a twentieth of a radian of dead-time phase, until the loop gain has died out.
-    fn grid(&self) -> Vec<f64> {
-        let mut w = 1e-4 / self.slowest;
-        // A large integral gain crosses over earlier than the plant is slow.
-        while self.at(w).norm() < 10.0 && w > 1e-12 / self.slowest && self.pid.Ki != 0.0 {
-            w /= 10.0;
+/// Largest value over all frequencies: every local one on the grid, refined between its neighbours by
+/// golden section.
+///
+/// From one frequency of the grid to the next `L` changes by a few percent of itself, so that a peak
+/// narrower than a step still stands out at one of its ends.
+fn peak(grid: &[f64], f: impl Fn(f64, Complex<f64>) -> f64, open: &OpenLoop, L: &[Complex<f64>]) -> f64 {
+    let values: Vec<f64> = grid.iter().zip(L).map(|(&w, &L)| f(w, L)).collect();
+    let last = values.len() - 1;
+    let mut best = values[0].max(values[last]);
+    for k in 1..last {
+        if values[k] >= values[k - 1] && values[k] >= values[k + 1] {
+            best = best.max(values[k]).max(highest(grid[k - 1], grid[k + 1], |w| f(w, open.at(w))));
         }
-        let mut grid = vec![w];
-        while w < self.highest && grid.len() < 100_000 {
-            let step = if self.delay > 0.0 { (0.01 * w).min(0.05 / self.delay) } else { 0.01 * w };
-            w = (w + step).min(self.highest);
-            grid.push(w);
-            let far = w * self.slowest > 100.0 && w * self.delay.max(1e-6 * self.slowest) > 4.0 * PI;
-            if far && self.at(w).norm() < 0.01 || w * self.slowest > 1e9 {
-                break;
-            }
-        }
-        grid
     }
+    best
 }
 
-/// Largest value on the grid, refined between its neighbours by golden section.
-fn peak(grid: &[f64], L: &[Complex<f64>], f: impl Fn(Complex<f64>) -> f64, open: &OpenLoop) -> f64 {
-    let best = (0..grid.len()).max_by(|&i, &j| f(L[i]).total_cmp(&f(L[j]))).unwrap_or(0);
-    let (mut a, mut b) = (grid[best.saturating_sub(1)], grid[(best + 1).min(grid.len() - 1)]);
+fn highest(mut a: f64, mut b: f64, at: impl Fn(f64) -> f64) -> f64 {
     let shrink = (5f64.sqrt() - 1.0) / 2.0;
-    let at = |w: f64| f(open.at(w));
-    for _ in 0..60 {
-        let (c, d) = (b - shrink * (b - a), a + shrink * (b - a));
-        if at(c) > at(d) { b = d } else { a = c }
-    }
-    at(0.5 * (a + b)).max(f(L[best]))
-}
-
-/// Where `f` changes sign in `[a, b]`, to the last bit, by bisection.
-fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let positive = f(a) > 0.0;
-    for _ in 0..100 {
-        let middle = 0.5 * (a + b);
-        if middle <= a || middle >= b {
-            break;
+    let (mut c, mut d) = (b - shrink * (b - a), a + shrink * (b - a));
+    let (mut fc, mut fd) = (at(c), at(d));
+    for _ in 0..50 {
+        if fc > fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - shrink * (b - a);
+            fc = at(c);
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + shrink * (b - a);
+            fd = at(d);
         }
-        if (f(middle) > 0.0) == positive { a = middle } else { b = middle }
     }
-    0.5 * (a + b)
+    fc.max(fd)
 }
 
 /// Loop transfer `L`, sensitivity `S`, complementary sensitivity `T` and control sensitivity `CS`.
@@ -208,7 +144,6 @@ pub struct Sensitivities {
 
 /// Frequency responses of the loop at `w` rad/s.
 pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64]) -> Result<Sensitivities> {
-    pid.check()?;
     let open = OpenLoop::new(model, pid)?;
     let L: Vec<Complex<f64>> = w.iter().map(|&w| open.at(w)).collect();
     let S: Vec<Complex<f64>> = L.iter().map(|L| (L + 1.0).inv()).collect();
@@ -220,11 +155,11 @@ pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64]) -> Result<Sensitivitie
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::ProcessModel;
+    use crate::model::Fopdt;
 
     /// The loop of IMC-PI, `e^(-L s) / (s (tau_c + L))`.
     fn imc_loop(K: f64, T: f64, L: f64, tau_c: f64) -> (Model, Pid) {
-        (Model::Process(ProcessModel { K, T, L }), Pid::pi(T / (K * (tau_c + L)), T))
+        (Model::from(Fopdt { K, T, L }), Pid::pi(T / (K * (tau_c + L)), T))
     }
 
     #[test]
@@ -257,9 +192,9 @@ mod tests {
     #[test]
     fn a_sampled_loop_has_its_gain_margin_at_nyquist() {
         let (Kp, Ts) = (0.5, 0.2);
-        let plant = ProcessModel { K: 2.0, T: 1.0, L: 0.0 };
+        let plant = Fopdt { K: 2.0, T: 1.0, L: 0.0 };
         let pid = Pid { Ki: 0.0, Ts: Some(Ts), ..Pid::pi(Kp, 1.0) };
-        let m = margins(&Model::Process(plant), &pid).expect("margins");
+        let m = margins(&plant.into(), &pid).expect("margins");
         let (a, b, _, _) = plant.sampled(Ts);
         assert!((m.gain / ((1.0 + a) / (b * Kp)) - 1.0).abs() < 1e-9, "{}", m.gain);
         assert!((m.w_gain / (PI / Ts) - 1.0).abs() < 1e-9);
@@ -273,7 +208,7 @@ mod tests {
     #[test]
     fn a_delayed_integrator_is_stable_up_to_a_quarter_turn() {
         for (k, is_stable) in [(0.01, true), (1.57, true), (1.572, false), (9.0, false), (-0.1, false)] {
-            let model = Model::Process(ProcessModel { K: -2.0, T: 5.0, L: 1.0 });
+            let model = Model::from(Fopdt { K: -2.0, T: 5.0, L: 1.0 });
             assert_eq!(stable(&model, Pid::pi(k * 5.0 / -2.0, 5.0)), is_stable, "{k}");
         }
     }

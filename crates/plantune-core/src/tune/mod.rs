@@ -3,6 +3,7 @@
 mod bands;
 mod indices;
 mod margins;
+mod open_loop;
 mod rules;
 mod tunable;
 

@@ -79,7 +79,7 @@ pub(super) fn biased(
 /// Sample times that hold the step response of a process model.
 fn grid(process: &Model, Ts: f64) -> Option<Vec<f64>> {
     let Model::Process(m) = process else { return None };
-    let rows = ((m.L + SPAN * m.T) / Ts).ceil();
+    let rows = ((m.L + SPAN * m.T.iter().sum::<f64>()) / Ts).ceil();
     (rows < MOST_ROWS as f64).then(|| (0..=rows as usize).map(|k| k as f64 * Ts).collect())
 }
 
@@ -126,12 +126,12 @@ fn values(model: &Model, times: &[f64]) -> [Option<f64>; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{PolyModel, ProcessModel};
+    use crate::model::{Fopdt, PolyModel};
 
     const TS: f64 = 0.1;
 
     fn process(K: f64, T: f64, sd: f64) -> Estimated {
-        let model = Model::Process(ProcessModel { K, T, L: 0.2 });
+        let model = Model::from(Fopdt { K, T, L: 0.2 });
         Estimated { model, P: vec![sd * sd, 0.0, 0.0, 0.0, sd * sd, 0.0, 0.0, 0.0, 1e-6] }
     }
 

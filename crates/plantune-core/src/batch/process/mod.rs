@@ -1,6 +1,6 @@
 //! First order plus dead time by variable projection: `y = K xi(T, L) + O + x0 a^(t-t0)`.
 //!
-//! For given `T, L` the output of the unit-gain plant is simulated exactly ([`crate::model::ProcessModel`])
+//! For given `T, L` the output of the unit-gain plant is simulated exactly ([`crate::model::Fopdt`])
 //! and gain, offset and the initial state of each segment follow by linear least squares. What is left
 //! is a problem in `ln T` and `L` for Levenberg-Marquardt with Kaufman's projected Jacobian. The cost
 //! has a kink in `L` at every whole sample and several minima, so each delay sample is searched as a cell
@@ -24,7 +24,7 @@ use crate::error::{Error, Result};
 use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
 use crate::linalg::{Solution, Triangle, dot, residual_norm2, solve};
-use crate::model::{Model, ProcessModel};
+use crate::model::Fopdt;
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::relation::{beyond, chance, follows_later};
@@ -120,7 +120,7 @@ impl Problem<'_, '_> {
         self.check_relation(&all, rss, N)?;
 
         let (T, L) = (best.ln_T.exp(), best.m as f64 * Ts + best.f);
-        self.check_colour(&ProcessModel { K: 1.0, T, L })?;
+        self.check_colour(&Fopdt { K: 1.0, T, L })?;
         // Before the solution: of a `T` far below `Ts` nothing is left in the rows.
         let upper = self.upper_T(best, linear.theta[0], rss, N - parameters);
         let sampled = sampling(T, upper, Ts, self.limits)?;
@@ -130,7 +130,7 @@ impl Problem<'_, '_> {
         let K = linear.theta[0] * gain_unit;
         let offset = linear.theta.get(1).copied().unwrap_or(0.0) / self.scale_y.factor;
         let s2 = rss / (N - parameters) as f64;
-        let model = ProcessModel { K, T, L };
+        let model = Fopdt { K, T, L };
         // The state without the offset, at the first residual row of each segment.
         let state = |(s, x): (&Stretch, &Vec<f64>)| {
             let held = if s.at_rest { self.rec.u[s.rows.start] } else { self.scale_u.zero };
@@ -147,7 +147,7 @@ impl Problem<'_, '_> {
             status: best.status,
             expected_digits: vec![15.0 + solution.ratio.log10(); 3],
             notes: self.notes(&model, N, best).into_iter().chain(sampled).collect(),
-            model: Model::Process(model),
+            model: model.into(),
         }
         .finite()
     }
@@ -194,7 +194,7 @@ impl Problem<'_, '_> {
     }
 
     /// The same with the colour of y taken up by an autoregression. A step test moves too seldom for it.
-    fn check_colour(&self, unit: &ProcessModel) -> Result<()> {
+    fn check_colour(&self, unit: &Fopdt) -> Result<()> {
         if self.stretches.iter().any(|s| s.moves <= MOST_MOVES) {
             return Ok(());
         }
@@ -243,7 +243,7 @@ impl Problem<'_, '_> {
     fn is_first_order(&self, best: &Point, K: f64) -> bool {
         let (T, L) = (best.ln_T.exp(), best.m as f64 * self.rec.Ts + best.f);
         let errors = |s: &Stretch| {
-            let w = ProcessModel { K, T, L }.simulate(&self.u[s.rows.clone()], self.rec.Ts, 0.0);
+            let w = Fopdt { K, T, L }.simulate(&self.u[s.rows.clone()], self.rec.Ts, 0.0);
             (self.y[s.rows.clone()].iter().zip(&w).map(|(y, w)| y - w).collect(), w)
         };
         let segments: Vec<_> = self.stretches.iter().map(errors).collect();
@@ -258,7 +258,7 @@ impl Problem<'_, '_> {
         }
     }
 
-    fn notes(&self, model: &ProcessModel, N: usize, best: &Point) -> Vec<Note> {
+    fn notes(&self, model: &Fopdt, N: usize, best: &Point) -> Vec<Note> {
         let mut notes = Vec::new();
         let Ts = self.rec.Ts;
         let rows_limit = self.limits.X03 * 4.0;

@@ -14,12 +14,12 @@
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel};
+use crate::model::{Fopdt, Pid};
 
 /// Settings; the plant must have a dead time.
-pub fn amigo(model: &ProcessModel, terms: Terms) -> Result<Pid> {
+pub fn amigo(model: &Fopdt, terms: Terms) -> Result<Pid> {
     check_delayed(model, "AMIGO")?;
-    let ProcessModel { K, T, L } = *model;
+    let Fopdt { K, T, L } = *model;
     let slow = T / L;
     Ok(match terms {
         Terms::Pi => {

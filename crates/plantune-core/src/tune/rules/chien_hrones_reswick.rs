@@ -13,7 +13,7 @@
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel};
+use crate::model::{Fopdt, Pid};
 
 /// What the loop shall answer well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,15 +34,10 @@ pub enum Overshoot {
 }
 
 /// Settings; the plant must have a dead time.
-pub fn chien_hrones_reswick(
-    model: &ProcessModel,
-    step: Step,
-    overshoot: Overshoot,
-    terms: Terms,
-) -> Result<Pid> {
+pub fn chien_hrones_reswick(model: &Fopdt, step: Step, overshoot: Overshoot, terms: Terms) -> Result<Pid> {
     use Overshoot::{Twenty, Zero};
     check_delayed(model, "Chien-Hrones-Reswick")?;
-    let ProcessModel { K, T, L } = *model;
+    let Fopdt { K, T, L } = *model;
     let (Kp, Ti, Td) = match (step, overshoot, terms) {
         (Step::Load, Zero, Terms::Pi) => (0.6, 4.0 * L, 0.0),
         (Step::Load, Zero, Terms::Pid) => (0.95, 2.4 * L, 0.42),

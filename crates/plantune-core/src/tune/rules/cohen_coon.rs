@@ -13,12 +13,12 @@
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel};
+use crate::model::{Fopdt, Pid};
 
 /// Settings; the plant must have a dead time.
-pub fn cohen_coon(model: &ProcessModel, terms: Terms) -> Result<Pid> {
+pub fn cohen_coon(model: &Fopdt, terms: Terms) -> Result<Pid> {
     check_delayed(model, "Cohen-Coon")?;
-    let ProcessModel { K, T, L } = *model;
+    let Fopdt { K, T, L } = *model;
     let r = L / T;
     Ok(match terms {
         Terms::Pi => Pid::pi((0.9 / r + 1.0 / 12.0) / K, L * (30.0 + 3.0 * r) / (9.0 + 20.0 * r)),

@@ -13,7 +13,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::check_tau_c;
 use crate::error::{Error, Result};
-use crate::model::{Pid, ProcessModel, check_process};
+use crate::model::{Fopdt, Pid, check_fopdt};
 
 /// What fixes the closed-loop time constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,9 +27,9 @@ pub enum ImcTarget {
 }
 
 /// Settings and the closed-loop time constant `tau_c`, s.
-pub fn imc_pi(model: &ProcessModel, target: ImcTarget) -> Result<(Pid, f64)> {
-    check_process(model)?;
-    let ProcessModel { K, T, L } = *model;
+pub fn imc_pi(model: &Fopdt, target: ImcTarget) -> Result<(Pid, f64)> {
+    check_fopdt(model)?;
+    let Fopdt { K, T, L } = *model;
     let tau_c = tau_c(L, target)?;
     Ok((Pid::pi(T / (K * (tau_c + L)), T), tau_c))
 }
@@ -65,9 +65,9 @@ fn tau_c(L: f64, target: ImcTarget) -> Result<f64> {
 mod tests {
     use super::*;
 
-    const PLANT: ProcessModel = ProcessModel { K: -5.939, T: 0.1491, L: 0.1 };
+    const PLANT: Fopdt = Fopdt { K: -5.939, T: 0.1491, L: 0.1 };
 
-    fn tuned(model: ProcessModel, target: ImcTarget) -> (Pid, f64) {
+    fn tuned(model: Fopdt, target: ImcTarget) -> (Pid, f64) {
         imc_pi(&model, target).expect("settings")
     }
 
@@ -97,9 +97,9 @@ mod tests {
     fn units_of_gain_and_time_go_through() {
         let target = ImcTarget::GainMargin(2.5);
         let (pid, tau_c) = tuned(PLANT, target);
-        let (twice, _) = tuned(ProcessModel { K: 2.0 * PLANT.K, ..PLANT }, target);
+        let (twice, _) = tuned(Fopdt { K: 2.0 * PLANT.K, ..PLANT }, target);
         assert_eq!((twice.Kp, twice.Ti()), (pid.Kp / 2.0, pid.Ti()));
-        let (slow, slow_tau) = tuned(ProcessModel { K: PLANT.K, T: 4.0 * PLANT.T, L: 4.0 * PLANT.L }, target);
+        let (slow, slow_tau) = tuned(Fopdt { K: PLANT.K, T: 4.0 * PLANT.T, L: 4.0 * PLANT.L }, target);
         assert!((slow.Kp / pid.Kp - 1.0).abs() < 1e-14 && (slow_tau / tau_c - 4.0).abs() < 1e-14);
     }
 
@@ -112,7 +112,7 @@ mod tests {
         for degrees in [32.7, 90.0, f64::NAN] {
             assert_eq!(code(PLANT, ImcTarget::PhaseMargin(degrees)), "U01", "{degrees}");
         }
-        let no_delay = ProcessModel { L: 0.0, ..PLANT };
+        let no_delay = Fopdt { L: 0.0, ..PLANT };
         assert_eq!(code(no_delay, ImcTarget::GainMargin(3.0)), "M12");
         assert_eq!(code(no_delay, ImcTarget::TauC(0.0)), "U01");
     }

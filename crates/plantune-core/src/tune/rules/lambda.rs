@@ -13,12 +13,12 @@
 
 use super::{ImcTarget, Terms, check_tau_c, imc_pi, pid};
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel, check_process};
+use crate::model::{Fopdt, Pid, check_fopdt};
 
 /// Settings and the closed-loop time constant, s; without a wish it is three times that of the plant.
-pub fn lambda(model: &ProcessModel, tau_c: Option<f64>, terms: Terms) -> Result<(Pid, f64)> {
-    check_process(model)?;
-    let ProcessModel { K, T, L } = *model;
+pub fn lambda(model: &Fopdt, tau_c: Option<f64>, terms: Terms) -> Result<(Pid, f64)> {
+    check_fopdt(model)?;
+    let Fopdt { K, T, L } = *model;
     let tau_c = check_tau_c(tau_c.unwrap_or(3.0 * T), L)?;
     match terms {
         Terms::Pi => imc_pi(model, ImcTarget::TauC(tau_c)),

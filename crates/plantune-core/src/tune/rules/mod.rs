@@ -23,7 +23,7 @@ pub use tyreus_luyben::tyreus_luyben;
 pub use ziegler_nichols::{Terms, ziegler_nichols};
 
 use crate::error::{Error, Result};
-use crate::model::{Pid, ProcessModel, check_process};
+use crate::model::{Fopdt, Pid, check_fopdt};
 
 /// A PID whose filter is a tenth of its derivative time, where the rule has none: without one the derivative
 /// answers a step with an impulse.
@@ -32,8 +32,8 @@ fn pid(Kp: f64, Ti: f64, Td: f64) -> Pid {
 }
 
 /// Refuses a model whose dead time a rule would divide by.
-fn check_delayed(model: &ProcessModel, rule: &str) -> Result<()> {
-    check_process(model)?;
+fn check_delayed(model: &Fopdt, rule: &str) -> Result<()> {
+    check_fopdt(model)?;
     if model.L > 0.0 {
         return Ok(());
     }

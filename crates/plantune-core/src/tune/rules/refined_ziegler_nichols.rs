@@ -12,12 +12,12 @@
 
 use super::check_delayed;
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel};
+use crate::model::{Fopdt, Pid};
 
 /// Settings; the plant must have a dead time.
-pub fn refined_ziegler_nichols(model: &ProcessModel) -> Result<Pid> {
+pub fn refined_ziegler_nichols(model: &Fopdt) -> Result<Pid> {
     check_delayed(model, "refined Ziegler-Nichols")?;
-    let ProcessModel { K, T, L } = *model;
+    let Fopdt { K, T, L } = *model;
     let (K_u, T_u) = (T / (K * L), 4.0 * L);
     let Kp = 5.0 / 6.0 * K_u * (12.0 + K_u * K) / (15.0 + 14.0 * K_u * K);
     let Ti = T_u / 5.0 * (4.0 / 15.0 * K_u * K + 1.0);

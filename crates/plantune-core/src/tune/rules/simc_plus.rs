@@ -14,12 +14,12 @@
 
 use super::{Terms, check_delayed, check_tau_c, pid};
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel, check_process};
+use crate::model::{Fopdt, Pid, check_fopdt};
 
 /// Settings and the closed-loop time constant, s; without a wish it follows the dead time.
-pub fn simc_plus(model: &ProcessModel, tau_c: Option<f64>, terms: Terms) -> Result<(Pid, f64)> {
-    check_process(model)?;
-    let ProcessModel { K, T, L } = *model;
+pub fn simc_plus(model: &Fopdt, tau_c: Option<f64>, terms: Terms) -> Result<(Pid, f64)> {
+    check_fopdt(model)?;
+    let Fopdt { K, T, L } = *model;
     let tau_c = match tau_c {
         Some(wish) => check_tau_c(wish, L)?,
         None => {

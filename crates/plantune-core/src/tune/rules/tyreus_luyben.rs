@@ -14,10 +14,10 @@ use std::f64::consts::PI;
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel};
+use crate::model::{Fopdt, Pid};
 
 /// Settings; the plant must have a dead time.
-pub fn tyreus_luyben(model: &ProcessModel, terms: Terms) -> Result<Pid> {
+pub fn tyreus_luyben(model: &Fopdt, terms: Terms) -> Result<Pid> {
     check_delayed(model, "Tyreus-Luyben")?;
     let (K_u, T_u) = ultimate(model);
     Ok(match terms {
@@ -27,8 +27,8 @@ pub fn tyreus_luyben(model: &ProcessModel, terms: Terms) -> Result<Pid> {
 }
 
 /// Gain and period at which the loop under a proportional controller oscillates for ever.
-fn ultimate(model: &ProcessModel) -> (f64, f64) {
-    let ProcessModel { K, T, L } = *model;
+fn ultimate(model: &Fopdt) -> (f64, f64) {
+    let Fopdt { K, T, L } = *model;
     // x = w L lies in [pi/2, pi] and is where x = pi - atan(x T / L); the right side changes by at most
     // 1/pi of what x does, so that each step gains half a digit.
     let x = (0..40).fold(PI, |x, _| PI - (x * T / L).atan());
@@ -42,7 +42,7 @@ mod tests {
     #[test]
     fn the_phase_at_the_ultimate_period_is_half_a_turn() {
         for (T, L) in [(1.0, 1e-6), (1.0, 0.1), (3.0, 3.0), (0.2, 40.0), (1e-6, 1.0)] {
-            let model = ProcessModel { K: -2.0, T, L };
+            let model = Fopdt { K: -2.0, T, L };
             let (K_u, T_u) = ultimate(&model);
             let G = model.freqresp(2.0 * PI / T_u);
             assert!((G * K_u + 1.0).norm() < 1e-9, "{T} {L}: {}", G * K_u);

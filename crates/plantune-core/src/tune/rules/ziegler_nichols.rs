@@ -10,7 +10,7 @@
 
 use super::{check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Pid, ProcessModel};
+use crate::model::{Fopdt, Pid};
 
 /// Which terms the controller has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,9 +22,9 @@ pub enum Terms {
 }
 
 /// Settings; the plant must have a dead time.
-pub fn ziegler_nichols(model: &ProcessModel, terms: Terms) -> Result<Pid> {
+pub fn ziegler_nichols(model: &Fopdt, terms: Terms) -> Result<Pid> {
     check_delayed(model, "Ziegler-Nichols")?;
-    let ProcessModel { K, T, L } = *model;
+    let Fopdt { K, T, L } = *model;
     Ok(match terms {
         Terms::Pi => Pid::pi(0.9 * T / (K * L), 3.0 * L),
         Terms::Pid => pid(1.2 * T / (K * L), 2.0 * L, 0.5 * L),
