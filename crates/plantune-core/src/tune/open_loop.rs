@@ -98,7 +98,7 @@ impl OpenLoop {
     }
 
     /// Frequencies so close that `L` changes by a twentieth of itself at most, from where it stands still
-    /// or an integrator alone rules, until it has died out or to the Nyquist frequency.
+    /// or an integrator alone rules, until it has died out, or only turns, or to the Nyquist frequency.
     pub fn grid(&self) -> Vec<f64> {
         let (slowest, fastest) = self.span();
         let highest = self.sampled.map_or(f64::INFINITY, |Ts| PI / Ts);
@@ -107,16 +107,23 @@ impl OpenLoop {
         while self.at(w).norm() < 10.0 && w > 1e-12 * slowest && self.pid.Ki != 0.0 {
             w /= 10.0;
         }
+        let only_turns = self.delay > 0.0 && self.passes_all();
         let mut grid = vec![w];
         while w < highest && grid.len() < MOST {
             w = (w + (STEP / self.rate(w)).max(SMALLEST * w)).min(highest);
             grid.push(w);
             let far = w > 10.0 * fastest && w * self.delay.max(1e-6 / fastest) > 4.0 * PI;
-            if far && self.at(w).norm() < 0.01 || w > 1e9 * fastest {
+            if far && (only_turns || self.at(w).norm() < 0.01) || w > 1e9 * fastest {
                 break;
             }
         }
         grid
+    }
+
+    /// Whether `|L|` stays where it is as the frequency grows, as with a derivative without a filter.
+    fn passes_all(&self) -> bool {
+        let (C, G) = (self.pid.transfer(), self.plant.transfer());
+        self.pid.Ts.is_none() && G.is_some_and(|G| C.num.len() + G.num.len() >= C.den.len() + G.den.len())
     }
 
     /// Whether the closed loop is stable; `L` on the grid.
