@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from plantune.models import PID, ProcessModel
+from plantune.models import PID, ProcessModel, TransferFunction
 from plantune.notes import Note
 from plantune.tune.margins import Margins
 
@@ -20,8 +20,8 @@ class Tuning:
         The settings.
     rule : str
         The rule and what it was asked for.
-    model : ProcessModel
-        The model tuned on.
+    model : ProcessModel or TransferFunction
+        The model given; where the rule was computed on a reduced one, a note says on which (T03).
     margins : Margins
         On that model.
     bands : mapping
@@ -47,7 +47,7 @@ class Tuning:
 
     controller: PID
     rule: str
-    model: ProcessModel
+    model: ProcessModel | TransferFunction
     margins: Margins
     bands: Mapping[str, tuple[float, float]]
     tau_c: float
