@@ -1,0 +1,165 @@
+"""The oracles of tuning and closed-loop simulation agree with printed numbers and closed forms."""
+
+import numpy as np
+import pytest
+from pytest import approx
+from scipy import signal
+
+from oracles import rational
+
+OP1 = dict(K=5.939, T=0.1491, L=0.1)
+
+# -- rational dead time ----------------------------------------------------------------
+
+
+def draw(rng, delay):
+    """Draw a plant of either sign and settings of which about half are stable."""
+    K = rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1)
+    T, L = 10 ** rng.uniform(-1, 1, 2)
+    Kp = rng.uniform(-1, 3) * (T / L) / K
+    Ki = rng.uniform(-0.5, 3) / (K * L)
+    Kd = rng.uniform(-1.5, 1.5) * T / K if delay == "pade" else 0.0
+    return K, T, L, Kp, Ki, Kd
+
+
+@pytest.mark.parametrize("delay", ["taylor", "pade"])
+def test_printed_transfer_functions_are_the_products(delay):
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        K, T, L, Kp, Ki, Kd = draw(rng, delay)
+        loop = rational.closed_loop(K, T, L, Kp, Ki, Kd, delay=delay)
+        forms = [
+            rational.printed(K, T, L, Kp, Ki, Kd, delay=delay),
+            rational.printed_ti(K, T, L, Kp, Kp / Ki, Kd / Kp, delay=delay),
+        ]
+        s = 0.3 + 0.7j
+        for form in forms:
+            for name, (num, den) in form.items():
+                found = np.polyval(num, s) / np.polyval(den, s)
+                n, d = loop[name]
+                assert found == approx(np.polyval(n, s) / np.polyval(d, s), rel=1e-10), name
+
+
+def test_all_outputs_follow_from_the_loop_gain():
+    K, T, L, Kp, Ki, Kd = -2.0, 3.0, 0.7, -0.6, -0.2, -0.1
+    s = 0.2 + 1.1j
+    G = K / (T * s + 1) * (1 - L / 2 * s) / (1 + L / 2 * s)
+    C = Kp + Ki / s + Kd * s
+    loop = rational.closed_loop(K, T, L, Kp, Ki, Kd, delay="pade")
+    expected = {
+        "Y/R": C * G,
+        "U/R": C,
+        "E/R": 1,
+        "Y/P": G,
+        "U/P": 1,
+        "E/P": -G,
+        "Y/D": 1,
+        "U/D": -C,
+        "E/D": -1,
+    }
+    for name, (num, den) in loop.items():
+        assert np.polyval(num, s) / np.polyval(den, s) == approx(expected[name] / (1 + C * G))
+
+
+@pytest.mark.parametrize("delay", ["taylor", "pade"])
+def test_routh_conditions_are_those_of_the_roots(delay):
+    rng = np.random.default_rng(2)
+    seen = []
+    for _ in range(3000):
+        case = draw(rng, delay)
+        den = rational.characteristic(*case, delay=delay)
+        truth = rational.stable(den)
+        seen.append(truth)
+        assert all(v > 0 for v in rational.routh(*case, delay=delay).values()) == truth, case
+        assert rational.hurwitz(den) == truth, case
+        if truth:
+            assert all(v > 0 for v in rational.routh_implied(*case, delay=delay).values()), case
+    assert 0.1 < np.mean(seen) < 0.9
+
+
+def test_the_uncorrected_condition_is_wrong_in_some_cases():
+    """(3.4-27) as printed lacks the leading coefficient; ERRATA 3.1 counts 6 %."""
+    rng = np.random.default_rng(3)
+    wrong = 0
+    for _ in range(2000):
+        K, T, L, Kp, Ki, Kd = draw(rng, "pade")
+        values = rational.routh(K, T, L, Kp, Ki, Kd, delay="pade")
+        lead = T * L - K * Kd * L
+        printed = values["3.4-27"] + 2 * K * Ki * lead - 2 * K * Ki > 0
+        others = all(v > 0 for k, v in values.items() if k != "3.4-27")
+        wrong += (others and printed) != (others and values["3.4-27"] > 0)
+    assert 10 < wrong
+
+
+@pytest.mark.parametrize("which", ["Kp", "Ki", "Kd"])
+@pytest.mark.parametrize("delay", ["taylor", "pade"])
+def test_the_interval_ends_where_the_roots_reach_the_axis(delay, which):
+    rng = np.random.default_rng(4)
+    counted = 0
+    while counted < 30:
+        K, T, L, Kp, Ki, Kd = draw(rng, "pade")
+        case = dict(Kp=Kp, Ki=Ki, Kd=Kd)
+        found = rational.interval(which, K, T, L, **case, delay=delay)
+        here = rational.stable(rational.characteristic(K, T, L, **case, delay=delay))
+        assert (found is not None) == here
+        if not here:
+            continue
+        counted += 1
+
+        def at(x, gains=case, K=K, T=T, L=L):
+            if which == "Kp":
+                gains = {k: v * x / gains["Kp"] for k, v in gains.items()}
+            else:
+                gains = {**gains, which: x}
+            return rational.stable(rational.characteristic(K, T, L, **gains, delay=delay))
+
+        low, high = found
+        ends = [e for e in found if np.isfinite(e)]
+        size = max(abs(e) for e in [*ends, case[which]])
+        step = 1e-5 * min(size, high - low)
+        for end, out in ((low, -1), (high, 1)):
+            if np.isfinite(end):
+                assert at(end - out * step) and not at(end + out * step)
+        inside = np.linspace(max(low, -10 * size), min(high, 10 * size), 41)[1:-1]
+        assert all(at(x) for x in inside)
+
+
+def test_taylor_interval_is_the_printed_inequality():
+    K, T, L = OP1.values()
+    low, high = rational.interval("Ki", K, T, L, 0.1, 0.5, delay="taylor")
+    assert (low, high) == approx((0.0, (K * 0.1 + 1) / (K * L)))  # (3.4-22)
+    # (3.4-20) in Ti holds for all Kp when Ti > L: the bound is (3.4-21)
+    assert rational.interval("Kp", K, T, L, 0.1, 0.5, delay="taylor") == approx((0.0, T / (K * L)))
+
+
+def test_step_responses_equal_scipy_and_the_printed_fractions():
+    K, T, L = OP1.values()
+    t = np.linspace(0.0, 2.0, 51)[1:]
+    for delay, Kd in (("taylor", 0.0), ("pade", 0.005)):
+        num, den = rational.closed_loop(K, T, L, 0.1, 0.7, Kd, delay=delay)["Y/R"]
+        y = rational.step(num, den, t)
+        assert y == approx(signal.step((num, den), T=np.append(0, t))[1][1:], abs=1e-9)
+        q0, p, q = rational.partial_fractions(num, den)
+        assert q0 == approx(1)  # (3.4-35), (3.4-41)
+        assert y == approx(1 + (np.exp(-np.outer(t, p)) @ q).real, abs=1e-11)
+
+
+def test_step_response_holds_for_a_double_pole_and_an_impulse():
+    t = np.array([0.1, 1.0, 3.0])
+    assert rational.step([1.0], [1.0, 2.0, 1.0], t) == approx(1 - (1 + t) * np.exp(-t), abs=1e-13)
+    assert rational.step([1.0], [1.0, 0.0], t) == approx(t, abs=1e-13)
+    # s + 2 over 1: an impulse and the constant 2
+    assert rational.step([1.0, 2.0], [1.0], t) == approx([2, 2, 2])
+    assert rational.step_impulse([1.0, 2.0], [1.0]) == 1
+    num, den = rational.closed_loop(1.0, 1.0, 1.0, 0.5, 0.4, 0.1, delay="pade")["U/R"]
+    assert rational.step_impulse(num, den) == approx(0.1 / 0.9)  # Kd/(1 - K Kd/T)
+
+
+def test_final_values_are_those_of_integral_action():
+    K, T, L = OP1.values()
+    loop = rational.closed_loop(K, T, L, 0.1, 0.7, 0.004, delay="pade")
+    end = {name: rational.step(n, d, [60.0])[0] for name, (n, d) in loop.items()}
+    # (3.4-51), (3.4-53): U = R/K
+    assert end["Y/R"] == approx(1) and end["U/R"] == approx(1 / K)
+    for name in ("E/R", "Y/P", "U/P", "E/P", "Y/D"):
+        assert end[name] == approx(0, abs=1e-12)
