@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from pytest import approx
-from scipy import signal
+from scipy import optimize, signal, special
 
-from oracles import rational
+from oracles import delayed, loop, rational
 
 OP1 = dict(K=5.939, T=0.1491, L=0.1)
 
@@ -27,7 +27,7 @@ def test_printed_transfer_functions_are_the_products(delay):
     rng = np.random.default_rng(1)
     for _ in range(50):
         K, T, L, Kp, Ki, Kd = draw(rng, delay)
-        loop = rational.closed_loop(K, T, L, Kp, Ki, Kd, delay=delay)
+        sys = rational.closed_loop(K, T, L, Kp, Ki, Kd, delay=delay)
         forms = [
             rational.printed(K, T, L, Kp, Ki, Kd, delay=delay),
             rational.printed_ti(K, T, L, Kp, Kp / Ki, Kd / Kp, delay=delay),
@@ -36,7 +36,7 @@ def test_printed_transfer_functions_are_the_products(delay):
         for form in forms:
             for name, (num, den) in form.items():
                 found = np.polyval(num, s) / np.polyval(den, s)
-                n, d = loop[name]
+                n, d = sys[name]
                 assert found == approx(np.polyval(n, s) / np.polyval(d, s), rel=1e-10), name
 
 
@@ -45,7 +45,7 @@ def test_all_outputs_follow_from_the_loop_gain():
     s = 0.2 + 1.1j
     G = K / (T * s + 1) * (1 - L / 2 * s) / (1 + L / 2 * s)
     C = Kp + Ki / s + Kd * s
-    loop = rational.closed_loop(K, T, L, Kp, Ki, Kd, delay="pade")
+    sys = rational.closed_loop(K, T, L, Kp, Ki, Kd, delay="pade")
     expected = {
         "Y/R": C * G,
         "U/R": C,
@@ -57,7 +57,7 @@ def test_all_outputs_follow_from_the_loop_gain():
         "U/D": -C,
         "E/D": -1,
     }
-    for name, (num, den) in loop.items():
+    for name, (num, den) in sys.items():
         assert np.polyval(num, s) / np.polyval(den, s) == approx(expected[name] / (1 + C * G))
 
 
@@ -157,9 +157,123 @@ def test_step_response_holds_for_a_double_pole_and_an_impulse():
 
 def test_final_values_are_those_of_integral_action():
     K, T, L = OP1.values()
-    loop = rational.closed_loop(K, T, L, 0.1, 0.7, 0.004, delay="pade")
-    end = {name: rational.step(n, d, [60.0])[0] for name, (n, d) in loop.items()}
+    sys = rational.closed_loop(K, T, L, 0.1, 0.7, 0.004, delay="pade")
+    end = {name: rational.step(n, d, [60.0])[0] for name, (n, d) in sys.items()}
     # (3.4-51), (3.4-53): U = R/K
     assert end["Y/R"] == approx(1) and end["U/R"] == approx(1 / K)
     for name in ("E/R", "Y/P", "U/P", "E/P", "Y/D"):
         assert end[name] == approx(0, abs=1e-12)
+
+
+# -- exact dead time -------------------------------------------------------------------
+
+
+def plants(rng):
+    """Draw numerator and denominator: self-regulating, integrating, inverse response, unstable."""
+    num, den = np.array([10 ** rng.uniform(-1, 1)]), np.array([1.0])
+    for _ in range(rng.integers(1, 4)):
+        den = np.polymul(den, [10 ** rng.uniform(-1, 1), 1.0])
+    if rng.random() < 0.3:
+        T, zeta = 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(-2, 0)
+        den = np.polymul(den, [T**2, 2 * zeta * T, 1.0])
+    if rng.random() < 0.3:
+        num = np.polymul(num, [-(10 ** rng.uniform(-1, 1)), 1.0])
+    kind = rng.random()
+    if kind < 0.3:
+        den = np.polymul(den, [1.0, 0.0])
+    elif kind < 0.45:
+        den = np.polymul(den, [10 ** rng.uniform(0, 1), -1.0])
+    return num, den
+
+
+def test_two_ways_agree_on_the_stability_of_random_loops():
+    rng = np.random.default_rng(5)
+    seen = []
+    for _ in range(150):
+        num, den = plants(rng)
+        L = 10 ** rng.uniform(-1, 1)
+        P, Q = delayed.loop(
+            num,
+            den,
+            10 ** rng.uniform(-2, 1) * rng.choice([1, 1, 1, -1]),
+            rng.choice([np.inf, 10 ** rng.uniform(-1, 1.5)]),
+            rng.choice([0, 10 ** rng.uniform(-1, 0)]),
+            rng.choice([0, 10 ** rng.uniform(-2, 0)]),
+            rng.choice(["d1", "y2"]),
+        )
+        stable = delayed.stable(P, Q, L)
+        if delayed.neutral_ratio(P, Q) >= 1:
+            assert not stable
+            continue
+        seen.append(stable)
+        s = delayed.rightmost(P, Q, L)
+        assert (s.real < 0) == stable, (P, Q, L, s)
+    assert 0.15 < np.mean(seen) < 0.85
+
+
+def test_the_rightmost_root_of_an_integrator_is_lamberts():
+    """S + k e^(-Ls) = 0 has the root W(-kL)/L."""
+    for k in (0.2, np.exp(-1) * 0.99, 1.0, 1.6, 9.0):
+        L = 0.7
+        s = delayed.rightmost([1.0, 0.0], [k / L], L)
+        expected = special.lambertw(-k) / L
+        assert s == approx(complex(expected.real, abs(expected.imag)), rel=1e-9)
+        assert delayed.stable([1.0, 0.0], [k / L], L) == (k < np.pi / 2)
+
+
+def test_all_roots_to_the_right_are_counted():
+    """S + k e^(-s): one more pair for every pi/2 + 2 pi n that k passes."""
+    for k, pairs in ((1.5, 0), (1.6, 1), (7.8, 1), (7.9, 2), (14.2, 3)):
+        assert delayed.unstable_roots([1.0, 0.0], [k], 1.0) == 2 * pairs
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_gain_interval_of_known_loops(sign):
+    # integrator with P: K Kp L < pi/2
+    low, high = delayed.gain_interval([2.0 * sign], [1.0, 0.0], 0.3, 0.5 * sign)
+    ends = sorted((0.0, sign * np.pi / 2 / 0.6))
+    assert (low, high) == approx(ends, rel=1e-12)
+    # IMC-PI on FOPDT cancels the pole: K Kp/T L < pi/2; source 001, (3.6-35)
+    K, T, L = OP1.values()
+    ends = sorted((0.0, sign * np.pi * T / (2 * K * L)))
+    assert delayed.gain_interval([sign * K], [T, 1.0], L, sign * 0.1, T) == approx(ends, rel=1e-12)
+    # P on FOPDT: -1 < K Kp < -1/cos(wL) with tan(wL) = -wT
+    w = optimize.brentq(lambda w: np.tan(w * L) + w * T, 0.51 * np.pi / L, 0.99 * np.pi / L)
+    ends = sorted((-sign / K, sign * np.hypot(1, w * T) / K))
+    assert delayed.gain_interval([sign * K], [T, 1.0], L, sign * 0.1) == approx(ends, rel=1e-12)
+
+
+def test_gain_interval_of_an_ideal_pid_ends_at_the_neutral_bound():
+    """C G tends to Kp Td K/T at infinity, and that must stay below 1; Td = T here: K Kp < 1."""
+    assert delayed.gain_interval([1.0], [2.0, 1.0], 0.5, 0.3, 4.0, 2.0)[1] == approx(1.0)
+
+
+def test_gain_interval_of_an_unstable_plant_has_a_lower_border():
+    low, high = delayed.gain_interval([1.0], [1.0, -1.0], 0.4, 1.5)
+    w = optimize.brentq(lambda w: np.tan(w * 0.4) - w, 0.1, np.pi / 0.8 - 1e-6)
+    assert (low, high) == approx((1.0, np.hypot(1, w)), rel=1e-12)
+
+
+def test_at_the_border_a_root_lies_on_the_axis():
+    rng = np.random.default_rng(6)
+    counted = 0
+    while counted < 15:
+        num, den = plants(rng)
+        L, Ti = 10 ** rng.uniform(-1, 1, 2)
+        pid = dict(Ti=3 * Ti, Td=0.1 * Ti, Tf=0.02 * Ti, filter="y2")
+        Kp = 10 ** rng.uniform(-2, 0)
+        found = delayed.gain_interval(num, den, L, Kp, **pid)
+        if found is None:
+            continue
+        counted += 1
+        for end in found:
+            if 0 < end < np.inf:
+                s = delayed.rightmost(*delayed.loop(num, den, end, **pid), L)
+                assert abs(s.real) < 1e-7 * (abs(s) + 1 / L)
+
+
+def test_the_next_delay_is_the_delay_margin():
+    K, T, L = OP1.values()
+    Kp, Ti = loop.imc_pi(K, T, L, (6 / np.pi - 1) * L)
+    P, Q = delayed.loop([K], [T, 1.0], Kp, Ti)
+    assert delayed.next_delay(P, Q, L) - L == approx(loop.margins(K, T, L, Kp, Ti).delay)
