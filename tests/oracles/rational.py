@@ -309,7 +309,7 @@ def partial_fractions(num, den):
 
 def exact(p):
     """Return the coefficients as mpmath numbers: a float is taken for the binary number it is."""
-    return [mpmath.mpf(float(v)) for v in p]
+    return [v if isinstance(v, mpmath.mpf) else mpmath.mpf(float(v)) for v in p]
 
 
 def horner(p, x):

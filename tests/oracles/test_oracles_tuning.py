@@ -1,11 +1,13 @@
 """The oracles of tuning and closed-loop simulation agree with printed numbers and closed forms."""
 
+import warnings
+
 import numpy as np
 import pytest
 from pytest import approx
 from scipy import optimize, signal, special
 
-from oracles import delayed, loop, rational
+from oracles import delayed, loop, peaks, rational
 
 OP1 = dict(K=5.939, T=0.1491, L=0.1)
 
@@ -277,3 +279,90 @@ def test_the_next_delay_is_the_delay_margin():
     Kp, Ti = loop.imc_pi(K, T, L, (6 / np.pi - 1) * L)
     P, Q = delayed.loop([K], [T, 1.0], Kp, Ti)
     assert delayed.next_delay(P, Q, L) - L == approx(loop.margins(K, T, L, Kp, Ti).delay)
+
+
+# -- peaks and margins of rational loops -----------------------------------------------
+
+
+@pytest.mark.parametrize("zeta", [1e-6, 1e-3, 0.1, 0.7])
+def test_the_peak_of_a_resonance_is_the_closed_form(zeta):
+    value, w = peaks.peak([9.0], [1.0, 6 * zeta, 9.0])
+    assert value == approx(1 / (2 * zeta * np.sqrt(1 - zeta**2)), rel=1e-14)
+    assert w == approx(3 * np.sqrt(1 - 2 * zeta**2), rel=1e-14)
+
+
+def test_peaks_at_the_ends_of_the_axis():
+    assert peaks.peak([1.0], [1.0, 1.0]) == (1.0, 0.0)
+    assert peaks.peak([2.0, 1.0], [1.0, 1.0]) == (2.0, np.inf)
+    assert peaks.peak([1.0], [1.0, 0.0]) == (np.inf, 0.0)
+    assert peaks.peak([1.0, 0.0], [1.0, 0.5], dt=0.1) == approx((2.0, np.pi / 0.1))
+    assert peaks.peak([0.5, 0.0], [1.0, -0.5], dt=0.1) == approx((1.0, 0.0))
+
+
+def test_a_double_integrator_has_the_known_margins():
+    # CG = (s + 1)/s^2: |CG| = 1 at w^2 = (1 + sqrt 5)/2, phase margin atan w, no gain margin
+    m = peaks.margins([1.0, 1.0], [1.0, 0.0, 0.0])
+    w = np.sqrt((1 + np.sqrt(5)) / 2)
+    assert (m.w_phase, m.phase_deg) == approx((w, np.degrees(np.arctan(w))), rel=1e-14)
+    assert m.gain == np.inf and m.delay == approx(np.arctan(w) / w)
+    # 1/(s + 1)^3: gain margin 8 at sqrt 3
+    m = peaks.margins([1.0], [1.0, 3.0, 3.0, 1.0])
+    assert (m.gain, m.w_gain) == approx((8, np.sqrt(3)), rel=1e-14)
+
+
+def test_sampled_margins_are_the_closed_form():
+    # CG = k/(z - 1): on the circle -k/2 - ..., Re = -k/2 everywhere, -1 at pi with factor 2/k
+    m = peaks.margins([0.5], [1.0, -1.0], dt=0.1)
+    assert (m.gain, m.w_gain) == approx((4, np.pi / 0.1))
+    theta = 2 * np.arcsin(0.25)  # |e^jx - 1| = 2 sin(x/2)
+    assert (m.w_phase, np.radians(m.phase_deg)) == approx((theta / 0.1, np.pi / 2 - theta / 2))
+    assert m.delay == approx((np.pi / 2 - theta / 2) / (theta / 0.1))
+
+
+@pytest.mark.parametrize("dt", [None, 0.01])
+def test_no_point_near_a_pole_is_higher_than_the_peak(dt):
+    counted = 0
+    for seed in range(3):
+        case = peaks.random_loop(seed)
+        if dt:
+            case = peaks.sampled(*case, dt)
+            if not peaks.stable(*case, dt):
+                continue
+        counted += 1
+        for num, den in peaks.closed(*case).values():
+            value, at = peaks.peak(num, den, dt)
+            if at < np.inf:
+                assert peaks.modulus(num, den, at, dt) == approx(value, rel=1e-9)
+            poles = np.roots(np.array(den, float)).astype(complex)
+            w = np.abs(np.imag(poles if dt is None else np.log(poles) / dt))
+            near = np.outer(
+                w[w > 0], 1 + np.append(-np.logspace(-9, -1, 9), np.logspace(-9, -1, 9))
+            )
+            near = np.append(near.ravel(), np.logspace(-2, np.log10(np.pi / (dt or 0.001)), 50))
+            for x in near[near <= np.pi / (dt or 0.001)]:
+                assert peaks.modulus(num, den, x, dt) <= value * (1 + 1e-12)
+    assert counted > 1
+
+
+@pytest.mark.parametrize("dt, tol", [(None, 1e-8), (0.05, 1e-5)])
+def test_margins_and_ms_agree_with_python_control(dt, tol):
+    """Sampled, its floats lose half the digits and sometimes a crossing: those are left out."""
+    counted = 0
+    for seed in range(16):
+        case = peaks.random_loop(seed, zeta=(0.05, 0.7), modes=1)
+        if dt:
+            case = peaks.sampled(*case, dt)
+            if not peaks.stable(*case, dt):
+                continue
+        num, den = peaks.open_loop(*case)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of its own accuracy
+            ref = peaks.with_control(np.array(num, float), np.array(den, float), dt)
+        m = peaks.margins(num, den, dt)
+        counted += 1
+        assert peaks.sensitivities(*case, dt).Ms == approx(ref.Ms, rel=tol)
+        if ref.w_phase > 0 and abs(peaks.modulus(num, den, ref.w_phase, dt) - 1) < tol:
+            assert abs(m.phase_deg) == approx(abs(ref.phase_deg), rel=tol)
+        if ref.gain > 1 and np.isfinite(ref.gain):
+            assert m.gain == approx(ref.gain, rel=tol)
+    assert counted > 8
