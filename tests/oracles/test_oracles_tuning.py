@@ -7,7 +7,7 @@ import pytest
 from pytest import approx
 from scipy import optimize, signal, special
 
-from oracles import delayed, loop, peaks, rational
+from oracles import delayed, imc, loop, peaks, rational
 
 OP1 = dict(K=5.939, T=0.1491, L=0.1)
 
@@ -366,3 +366,84 @@ def test_margins_and_ms_agree_with_python_control(dt, tol):
         if ref.gain > 1 and np.isfinite(ref.gain):
             assert m.gain == approx(ref.gain, rel=tol)
     assert counted > 8
+
+
+# -- internal model control ------------------------------------------------------------
+
+
+def test_imc_pid_has_the_printed_constants():
+    assert imc.w_gain_pid() == approx(2.458714, abs=5e-7)  # ERRATA 3.3
+    assert imc.T_F_pid(1.0, gain_margin=3) == approx(1.433589, abs=5e-7)
+    assert imc.T_F_pid(1.0, phase_margin=np.pi / 3) == approx(0.637557, abs=5e-7)
+    gain, w, phase, _ = imc.margins_pid(0.3, imc.T_F_pid(0.3, gain_margin=3))
+    assert (gain, w * 0.3) == approx((3, 2.458714), abs=5e-7)
+    assert np.degrees(phase) == approx(74.3, abs=0.05)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.6376, 1.4336, 5.0])
+def test_imc_margins_are_those_of_the_loop(ratio):
+    K, T, L = OP1.values()
+    for margins, settings in (
+        (imc.margins_pi, imc.pi(K, T, L, ratio * L)),
+        (imc.margins_pid, imc.pid(K, T, L, ratio * L)),
+    ):
+        gain, w_gain, phase, w_phase = margins(L, ratio * L)
+        m = loop.margins(K, T, L, *settings)
+        assert (m.gain, m.w_gain) == approx((gain, w_gain), rel=1e-10)
+        assert (np.radians(m.phase_deg), m.w_phase) == approx((phase, w_phase), rel=1e-9)
+
+
+def test_imc_pi_gives_back_the_margin_asked_for():
+    assert imc.T_F_pi(1.0, gain_margin=3) == approx(6 / np.pi - 1)  # (3.6-45)
+    assert imc.T_F_pi(1.0, phase_margin=np.pi / 3) == approx(6 / np.pi - 1)
+    assert imc.margins_pi(0.2, imc.T_F_pi(0.2, gain_margin=4.5))[0] == approx(4.5)
+    assert imc.margins_pid(0.2, imc.T_F_pid(0.2, phase_margin=1.2))[2] == approx(1.2)
+
+
+@pytest.mark.parametrize("delay, settings", [("taylor", imc.pi), ("pade", imc.pid)])
+def test_imc_of_the_approximate_plants_is_pi_and_pid(delay, settings):
+    K, T, L, T_F = -2.0, 3.0, 0.7, 0.9
+    nC, dC = imc.controller_polynomials(*rational.plant(K, T, L, delay), T_F)
+    s = 0.4 + 1.3j
+    Kp, Ti, Td = (*settings(K, T, L, T_F), 0.0)[:3]
+    assert np.polyval(nC, s) / np.polyval(dC, s) == approx(Kp * (1 + 1 / (Ti * s) + Td * s))
+
+
+@pytest.mark.parametrize("allpass", [False, True])
+def test_imc_of_a_plant_with_inverse_response_and_delay(allpass):
+    num, den, L = [-2.0, 1.0, 6.0], [1.0, 4.0, 5.0, 2.0], 0.4  # a zero at 2, one at -1.5
+    T_F, gamma, s = 0.5, 3, 0.2 + 0.9j
+    G = np.polyval(num, s) / np.polyval(den, s) * np.exp(-L * s)
+    (nm, dm), (plus, mirror, _) = imc.split(num, den, L, allpass)
+    G_plus = np.polyval(plus, s) / np.polyval(mirror, s) * np.exp(-L * s)
+    assert np.polyval(nm, s) / np.polyval(dm, s) * G_plus == approx(G)
+    F = 1 / (T_F * s + 1) ** gamma
+    if allpass:
+        assert abs(np.polyval(plus, 3j) / np.polyval(mirror, 3j)) == approx(1)
+    C = imc.controller(num, den, L, T_F=T_F, gamma=gamma, allpass=allpass)(s)
+    assert C * G / (1 + C * G) == approx(F * G_plus)  # (3.6-13)
+    C_imc = C / (1 + C * G)
+    assert imc.responses(C_imc, G, G)["Y/R"] == approx(F * G_plus)
+    # a wrong model: the classical loop with C = C_IMC/(1 - C_IMC G*), (3.6-14)
+    found, wrong = imc.responses(C_imc, 1.3 * G, G), 1.3 * G
+    assert found["Y/R"] == approx(C * wrong / (1 + C * wrong))
+    assert found["U/R"] == approx(C / (1 + C * wrong))
+    assert found["E/R"] == approx((1 - C_imc * G) / (1 + C_imc * 0.3 * G))
+
+
+def test_costs_with_dead_time_compensation():
+    assert imc.costs(0.1, (6 / np.pi - 1) * 0.1) == approx(imc.costs_gain_margin_3(0.1))
+    assert imc.costs_gain_margin_3(1.0)[2] == approx(2.2377, abs=5e-5)  # ERRATA 3.1
+    t = np.linspace(0, 40, 400_001)
+    e = np.where(t < 1, 1.0, np.exp(-np.maximum(t - 1, 0) / 0.9))
+    assert imc.costs_sampled(e, 1e-4) == approx(imc.costs(1.0, 0.9), rel=2e-4)
+
+
+def test_costs_of_pi_with_the_exact_delay():
+    c = imc.pi_delay_costs(3.0)
+    assert (c.ise, c.iae, c.itae) == approx((1.6539867, 2.1378556, 2.8556538), abs=5e-8)
+    assert (c.overshoot, c.settling) == approx((5.643415, 6.03673), abs=5e-6)
+    assert c.ise == approx(imc.pi_delay_ise(3.0), rel=1e-14)
+    assert imc.pi_delay_costs(2.0, t_end=40).ise == approx(imc.pi_delay_ise(2.0), rel=1e-9)
+    k = np.pi / 6
+    assert float(imc.pi_delay_error(k, 2.5)) == approx(1 - k * 1.5 + (0.5 * k) ** 2 / 2)
