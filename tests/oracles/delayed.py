@@ -14,7 +14,8 @@ roots at Re s = ln|q/p|/L, so it is stable only if the leading coefficients have
 """
 
 import numpy as np
-from scipy import signal
+
+from oracles.rational import state_space
 
 
 def controller(Kp, Ti=np.inf, Td=0.0, Tf=0.0, filter="d1"):
@@ -101,7 +102,7 @@ def rightmost(P, Q, L, n=None):
         P, Q = (np.array(p) / L ** np.arange(len(p))[::-1] for p in (P, Q))  # time in delays
         w = crossings(P, Q)[0]
         n = n or int(max(30, 2.0 * (w.max() if len(w) else 0.0)))
-        A, B, C, D = signal.tf2ss(Q / P[0], P / P[0])
+        A, B, C, D = state_space(Q, P)
         k = len(A)
         line = _chebyshev(n)  # d/dtheta on [-1, 0], point 0 at theta = 0
         M = np.zeros((k + n, k + n))

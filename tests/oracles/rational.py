@@ -304,6 +304,15 @@ def partial_fractions(num, den):
     return float((b[-1] / a[-1]).real), p, np.array(q)
 
 
+def state_space(num, den):
+    """Return A, B, C, D of num/den in controllable canonical form."""
+    num, den = _trim(num), _trim(den)
+    n = len(den) - 1
+    a, b = den / den[0], _pad(num / den[0], n + 1)
+    A = np.vstack([-a[1:], np.eye(n)[:-1]]) if n else np.zeros((0, 0))
+    return A, np.eye(n, 1), (b[1:] - b[0] * a[1:])[None, :], b[:1][None, :]
+
+
 # -- polynomials in mpmath -------------------------------------------------------------
 
 

@@ -5,9 +5,11 @@ import warnings
 import numpy as np
 import pytest
 from pytest import approx
-from scipy import optimize, signal, special
+from scipy import interpolate, optimize, signal, special
 
 from oracles import delayed, imc, loop, peaks, rational
+from oracles import sampled_loop as sl
+from oracles.sampled_loop import Pid
 
 OP1 = dict(K=5.939, T=0.1491, L=0.1)
 
@@ -191,7 +193,7 @@ def plants(rng):
 def test_two_ways_agree_on_the_stability_of_random_loops():
     rng = np.random.default_rng(5)
     seen = []
-    for _ in range(150):
+    for _ in range(80):
         num, den = plants(rng)
         L = 10 ** rng.uniform(-1, 1)
         P, Q = delayed.loop(
@@ -447,3 +449,186 @@ def test_costs_of_pi_with_the_exact_delay():
     assert imc.pi_delay_costs(2.0, t_end=40).ise == approx(imc.pi_delay_ise(2.0), rel=1e-9)
     k = np.pi / 6
     assert float(imc.pi_delay_error(k, 2.5)) == approx(1 - k * 1.5 + (0.5 * k) ** 2 / 2)
+
+
+# -- sampled loop ----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("L", [0.0, 0.1, 0.107, 0.033])
+def test_sampled_pi_equals_the_superposition_of_steps(L):
+    K, T, Ts, N = 5.939, 0.1491, 0.02, 120
+    rng = np.random.default_rng(7)
+    d, noise = 0.1 * rng.normal(size=N), 0.2 * rng.normal(size=N)
+    run = sl.run(sl.Plant([K], [T, 1.0], L, Ts), Pid(0.09, 0.15), Ts, np.ones(N), d=d, noise=noise)
+    ref = loop.sampled_pi(K, T, L, 0.09, 0.15, Ts, np.ones(N), d, noise)
+    assert run.y == approx(ref.y, abs=1e-11) and run.u == approx(ref.u, abs=1e-11)
+    t = rng.uniform(0, N * Ts, 60)
+    assert run.at(t) == approx(ref.at(t), abs=1e-11)
+    assert run.at(run.t) == approx(run.y, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "num, den", [([1.0, 2.0], [1.0, 0.3, 4.0]), ([-0.5, 1.0], [1.0, 1.0, 0.0])]
+)
+def test_the_plant_equals_a_finely_sampled_one(num, den):
+    Ts, L, fine = 0.1, 0.237, 100  # the delay is 237 fine samples
+    u = np.repeat(np.random.default_rng(8).normal(size=12), 5)
+    plant, y = sl.Plant(num, den, L, Ts), []
+    for v in u:
+        y.append(plant.output())
+        plant.advance(v)
+    A, B, C, D = signal.tf2ss(num, den)
+    system = (*signal.cont2discrete((A, B, C, D), Ts / fine)[:4], Ts / fine)
+    delayed_u = np.concatenate([np.zeros(237), np.repeat(u, fine)])[: fine * len(u)]
+    assert y == approx(signal.dlsim(system, delayed_u)[1].ravel()[::fine], abs=1e-10)
+
+
+@pytest.mark.parametrize("filter", ["d1", "y2"])
+def test_sampled_pid_is_its_transfer_functions(filter):
+    """P = b z^-4/(1 - a z^-1); y = P (F_r r - F_y y), polynomials in q^-1."""
+    K, T, L, Ts, N = 2.0, 0.8, 0.3, 0.1, 80
+    p = Pid(0.4, 0.9, 0.2, 0.07, b=0.7, c=0.3, filter=filter)
+    run = sl.run(sl.Plant([K], [T, 1.0], L, Ts), p, Ts, np.ones(N))
+    a, t, s = np.exp(-Ts / T), p.Tf, np.array([1.0, -1.0]) / Ts  # q^0 first
+    one = np.array([1.0])
+
+    def add(*terms):
+        out = np.zeros(max(map(len, terms)))
+        for term in terms:
+            out[: len(term)] += term
+        return out
+
+    if filter == "d1":
+        lag = add(one, t * s)
+        den = np.convolve(s, lag)  # of Kp + Ki/s + Kd s/(Tf s + 1)
+        parts = [np.convolve(s, lag), lag, np.convolve(s, s)]
+        filt = one
+    else:
+        den, filt = s, add(one, t * s, t**2 / 2 * np.convolve(s, s))
+        parts = [s, one, np.convolve(s, s)]
+    r_num = add(p.b * p.Kp * parts[0], p.Ki * parts[1], p.c * p.Kd * parts[2])
+    y_num = add(p.Kp * parts[0], p.Ki * parts[1], p.Kd * parts[2])
+    nP, dP = np.array([0, 0, 0, 0, K * (1 - a)]), np.array([1, -a])
+    # y = nP (r_num filt r - y_num y)/(dP den filt)
+    num = np.convolve(np.convolve(nP, r_num), filt)
+    char = add(np.convolve(np.convolve(dP, den), filt), np.convolve(nP, y_num))
+    assert run.y == approx(signal.lfilter(num, char, np.ones(N)), abs=1e-11)
+
+
+def test_anti_windup_holds_the_integral_as_written():
+    plant = dict(num=[1.0], den=[10.0, 1.0], L=0.5, Ts=0.5)
+    r = np.where(np.arange(120) < 60, 1.0, 0.3)
+    runs = {
+        name: sl.run(
+            sl.Plant(**plant), Pid(5.0, 3.0), 0.5, r, low=-0.2, high=1.1, antiwindup=name, Tt=2.0
+        )
+        for name in ("clamp", "back", None)
+    }
+    for run in runs.values():
+        assert run.u.min() >= -0.2 and run.u.max() <= 1.1 and run.u.max() == approx(1.1)
+    held = runs["clamp"]
+    out = (held.v > 1.1) & (r > held.y)
+    assert out[1:].any() and np.all(np.diff(held.I)[out[1:]] == 0)
+    back = runs["back"]
+    step = np.diff(back.I) - 5 / 3 * 0.5 * (r - back.y)[1:]
+    assert step == approx(0.5 / 2 * (back.u - back.v)[1:], abs=1e-12)
+    over = {name: run.y.max() for name, run in runs.items()}
+    assert over["clamp"] < over[None] and over["back"] < over[None]
+    # the reversed plant is the mirror image
+    turned = sl.run(
+        sl.Plant([-1.0], [10.0, 1.0], 0.5, 0.5), Pid(-5.0, 3.0), 0.5, r, low=-1.1, high=0.2
+    )
+    assert turned.u == approx(-held.u, abs=1e-12)
+
+
+def test_rate_and_quanta_and_dead_band():
+    plant = sl.Plant([1.0], [2.0, 1.0], 0.0, 0.1)
+    run = sl.run(
+        plant,
+        Pid(3.0, 1.0),
+        0.1,
+        np.ones(80),
+        rate=2.0,
+        quantum_u=0.05,
+        quantum_y=0.01,
+        dead_band=0.12,
+    )
+    assert np.abs(np.diff(run.ym / 0.01 - np.round(run.ym / 0.01))).max() < 1e-9
+    assert np.abs(run.u / 0.05 - np.round(run.u / 0.05)).max() < 1e-9
+    assert np.abs(np.diff(run.u)).max() <= 0.2 + 0.05 + 1e-12
+    before = np.append(0.0, run.position[:-1])
+    moved = run.position != before
+    assert np.all(np.abs(run.u - before)[moved] > 0.12)
+    assert np.all(np.abs(run.u - before)[~moved] <= 0.12 + 1e-12)
+    assert np.all(run.position[moved] == run.u[moved])
+    assert 0 < moved.sum() < 79
+
+
+def test_leaving_manual_and_new_settings_do_not_bump():
+    Ts, N = 0.1, 60
+    manual = np.where(np.arange(N) < 30, 0.8, np.nan)
+    run = sl.run(
+        sl.Plant([1.0], [0.05, 1.0], 0.0, Ts),
+        Pid(2.0, 1.5, 0.3, 0.1),
+        Ts,
+        np.ones(N),
+        manual=manual,
+    )
+    # at rest at y = 0.8: only the integral of e = 0.2 moves u
+    assert run.y[29] == approx(0.8, abs=1e-12)
+    assert run.u[30] - 0.8 == approx(2 / 1.5 * Ts * 0.2)
+    settings = [Pid(2.0, 1.5)] * 20 + [Pid(0.4, 0.9, 0.2, 0.1)] * 20
+    plant = sl.Varying(0.0, 1.0, 0, 0.0, Ts, 40)  # e stays 1
+    run = sl.run(plant, settings, Ts, np.ones(40))
+    assert run.u[20] - run.u[19] == approx(0.4 / 0.9 * Ts)
+
+
+def test_a_schedule_of_pi_is_the_velocity_form():
+    """Source 001, (3.7-25) as corrected: u += (Kp + Ki Ts) e(k) - Kp e(k-1)."""
+    Ts, N = 0.02, 200
+    axes = [np.array([0.0, 1.0, 3.0])]
+    signals = np.linspace(-1, 4, N)[:, None]
+    tables = {"Kp": np.array([0.05, 0.1, 0.02]), "Ti": np.array([0.1, 0.2, 0.4])}
+    settings = sl.scheduled(Pid(1.0, 1.0), axes, tables, signals)
+    assert (settings[0].Kp, settings[-1].Ti) == (0.05, 0.4)  # held beyond the edges
+    r = np.sign(np.sin(np.arange(N) / 15))
+    run = sl.run(sl.Plant([5.0], [0.15, 1.0], 0.1, Ts), settings, Ts, r)
+    e = np.append(0.0, r - run.y)
+    Kp, Ki = (np.array([getattr(p, n) for p in settings]) for n in ("Kp", "Ki"))
+    assert run.u == approx(np.cumsum((Kp + Ki * Ts) * e[1:] - Kp * e[:-1]), abs=1e-11)
+
+
+def test_lookup_is_multilinear_and_held_at_the_edges():
+    rng = np.random.default_rng(9)
+    axes = [np.sort(rng.uniform(0, 10, n)) for n in (4, 2, 5)]
+    table = rng.normal(size=(4, 2, 5))
+    ref = interpolate.RegularGridInterpolator(axes, table)
+    for point in rng.uniform(-2, 12, (50, 3)):
+        inside = [np.clip(x, a[0], a[-1]) for a, x in zip(axes, point, strict=True)]
+        assert sl.lookup(axes, table, point) == approx(ref(inside)[0], abs=1e-12)
+    for i, x in enumerate(axes[0]):
+        assert sl.lookup(axes[:1], table[:, 0, 0], x) == approx(table[i, 0, 0])
+    assert sl.lookup([[2.0]], [7.0], 5.0) == 7.0
+
+
+def test_a_constant_varying_plant_is_the_sampled_one():
+    K, T, Ts, N = -5.939, 0.1491, 0.02, 100
+    pid = Pid(-0.018, 0.018 / 0.3385)
+    fixed = sl.run(sl.Plant([K], [T, 1.0], 5 * Ts, Ts, offset=3.0), pid, Ts, np.full(N, 5.0))
+    varying = sl.run(sl.Varying(K, T, 5, 3.0, Ts, N), pid, Ts, np.full(N, 5.0))
+    assert varying.y == approx(fixed.y, abs=1e-11)
+    # K doubles from sample 50 on: the next input counts twice, the past does not jump
+    gains = np.where(np.arange(N) < 50, K, 2 * K)
+    varying = sl.run(sl.Varying(gains, T, 5, 3.0, Ts, N), pid, Ts, np.full(N, 5.0))
+    a = np.exp(-Ts / T)
+    y, u = varying.y - 3.0, varying.u
+    assert y[:50] == approx(fixed.y[:50] - 3.0, abs=1e-11)
+    assert y[50] == approx(a * y[49] + 2 * K * (1 - a) * u[44])
+
+
+def test_a_loop_at_rest_stays_at_rest():
+    for filter in ("d1", "y2"):
+        plant = sl.Plant([2.0], [1.0, 1.0], 0.25, 0.1, offset=10.0, before=3.0)
+        pid = Pid(0.3, 1.0, 0.2, 0.1, b=0.5, c=1.0, filter=filter)
+        run = sl.run(plant, pid, 0.1, np.full(30, 16.0), r_before=16.0, u_before=3.0)
+        assert run.y == approx(16.0, abs=1e-12) and run.u == approx(3.0, abs=1e-12)
