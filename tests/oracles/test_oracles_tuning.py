@@ -7,7 +7,7 @@ import pytest
 from pytest import approx
 from scipy import interpolate, optimize, signal, special
 
-from oracles import delayed, fopdt, imc, loop, peaks, rational, relay, shaping
+from oracles import delayed, fopdt, imc, loop, optimum, peaks, rational, relay, shaping
 from oracles import sampled_loop as sl
 from oracles.sampled_loop import Pid
 
@@ -779,3 +779,59 @@ def test_second_order_simc_cancels_the_second_lag():
     assert shaping.simc_second(K, T2, T1, L, L) == (Kp, Ti, Td)
     Kp, Ti, Td = shaping.simc_integrating_lag(1.0, 2.0, 1.0, 1.0)
     assert (Kp, Ti, Td) == approx((0.5 * 1.25, 10.0, 1.6))
+
+
+# -- the best PI -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["load", "setpoint"])
+@pytest.mark.parametrize("T, Kp, Ti", [(1.491, 0.72, 1.42), (0.2, 0.3, 0.4), (5.0, 3.5, 2.5)])
+def test_iae_equals_the_other_method_of_steps(T, Kp, Ti, kind):
+    r = 1.0 if kind == "setpoint" else 0.0
+    run = loop.Continuous(1.0, T, 1.0, Kp, Ti, t_end=60, r=r, d=1 - r)
+    ref = run.integral(lambda t: np.abs(r - run.y(t)), run._cuts(lambda t: r - run.y(t)))
+    assert optimum.iae(T, Kp, Ti, kind, t_end=60)[0] == approx(ref, rel=1e-11)
+    assert optimum.Ms(T, Kp, Ti) == approx(loop.margins(1.0, T, 1.0, Kp, Ti).Ms, rel=1e-9)
+
+
+def test_iae_without_overshoot_is_the_integral_time_over_the_gain():
+    assert optimum.iae(1.491, 0.2, 1.6)[0] == approx(8.0, rel=1e-7)
+    # IMC-PI at gain margin 3
+    k = np.pi / 6
+    assert optimum.iae(3.0, 3 * k, 3.0, "setpoint", t_end=60)[0] == approx(2.1378556, abs=5e-8)
+
+
+def test_an_unstable_loop_has_no_finite_ms():
+    assert optimum.Ms(1.0, 4.0, 1.0) == np.inf and np.isfinite(optimum.Ms(1.0, 1.2, 1.0))
+
+
+def test_the_engine_loop_has_the_known_optimum():
+    """METHODS 3.1: Kc = .1213, Ki = .855, IAE 1.17 at Ms = 1.59."""
+    row = optimum.row("load", 0.1 / 0.1491, 1.59)
+    Kp, Ti, value = optimum.scaled(row, 5.939, 0.1491, 0.1)
+    assert (Kp, Kp / Ti, value) == approx((0.1213, 0.855, 1.17), rel=3e-3)
+
+
+@pytest.mark.parametrize("row", optimum.ROWS, ids=lambda r: f"{r.kind}-{r.ratio:.3g}-{r.M}")
+def test_the_table_holds_optima(row):
+    T = 1 / row.ratio
+
+    def value(Kp, Ti):
+        return optimum.iae(T, Kp, Ti, row.kind)[0]
+
+    assert optimum.Ms(T, row.Kp, row.Ti) <= row.M * (1 + 1e-6)
+    assert delayed.stable(*delayed.loop([1.0], [T, 1.0], row.Kp, row.Ti), 1.0)
+    assert value(row.Kp, row.Ti) == approx(row.iae, rel=1e-6)
+    for Ti in (0.97 * row.Ti, 1.03 * row.Ti):
+        top = optimum.largest_gain(T, Ti, row.M)
+        gains = top if row.active else min(row.Kp, top)
+        assert value(gains, Ti) >= row.iae * (1 - 1e-6)
+    lower = value(0.98 * row.Kp, row.Ti)
+    assert lower >= row.iae * (1 - 1e-6)
+
+
+@pytest.mark.slow
+def test_the_search_returns_a_row():
+    found, row = optimum.search(2.0, 1.59, n=12), optimum.row("load", 0.5, 1.59)
+    assert found.iae == approx(row.iae, rel=1e-6)
+    assert (found.Kp, found.Ti) == approx((row.Kp, row.Ti), rel=1e-3)
