@@ -653,9 +653,9 @@ def test_the_relay_settles_to_the_closed_form(case):
     assert min(t_on, t_off) > case["L"]
     # one whole period late in the run: mean and extremes
     start = [t for t, level in run.switches if level > 0][-3]
-    t = np.linspace(start, start + t_on + t_off, 20_001)
+    t = np.linspace(start, start + t_on + t_off, 4001)
     y = run.y(t) - 7.0
-    mean = np.sum((y[1:] + y[:-1]) / 2) / 20_000
+    mean = np.sum((y[1:] + y[:-1]) / 2) / 4000
     assert mean == approx(relay.mean(**case), rel=1e-4, abs=1e-5)
     assert relay.gain(t_on, t_off, relay.mean(**case), case["d1"], case["d2"]) == approx(case["K"])
     assert (y.min(), y.max()) == approx(relay.extremes(**case), rel=1e-3)
@@ -812,7 +812,15 @@ def test_the_engine_loop_has_the_known_optimum():
     assert (Kp, Kp / Ti, value) == approx((0.1213, 0.855, 1.17), rel=3e-3)
 
 
-@pytest.mark.parametrize("row", optimum.ROWS, ids=lambda r: f"{r.kind}-{r.ratio:.3g}-{r.M}")
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(
+            r, marks=[] if r.M == 1.59 else pytest.mark.slow, id=f"{r.kind}-{r.ratio:.2g}-{r.M}"
+        )
+        for r in optimum.ROWS
+    ],
+)
 def test_the_table_holds_optima(row):
     T = 1 / row.ratio
 
