@@ -130,7 +130,7 @@ def _plant(
 
 
 def _with_delay(plant: Plant, least: float) -> tuple[Plant, tuple[Note, ...]]:
-    if plant.L >= least:
+    if not 0 <= plant.L < least:  # the core refuses a dead time below zero
         return plant, ()
     note = Note(
         code="T01",
