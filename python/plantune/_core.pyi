@@ -300,8 +300,14 @@ def margins(model: Model, pid: PID) -> Fields:
 def margin_bands(model: Model, P: Floats, pid: PID) -> list[Interval]:
     """95 % intervals of `gain phase_deg delay Ms Mt`; `P` is flat, here and below."""
 
-def sensitivities(model: Model, pid: PID, w: Floats) -> list[Complexes]:
-    """`L, S, T, CS`."""
+def sensitivities(model: Model, pid: PID, w: Floats, delay: str) -> list[Complexes]:
+    """`L, S, T, CS`; the delay is "exact", "pade" or "taylor", here and below."""
+
+def stability(model: Model, pid: PID, delay: str) -> tuple[bool, list[Interval]]:
+    """Whether the loop is stable, and the stable intervals of `Kp, Ki, Kd`."""
+
+def loop_transfers(model: Model, pid: PID, delay: str) -> list[Fields]:
+    """Fields of `TransferFunction` of `y_r u_r e_r y_p y_d u_d`."""
 
 def step_band(model: Model, P: Floats, input: int, t: Floats) -> Band:
     """Lower and upper curve of the 95 % band of the step response."""

@@ -2,12 +2,12 @@
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use plantune_core::Error;
-use plantune_core::model::Pid;
+use plantune_core::model::{Delay, Model, Pid};
 use plantune_core::tune::{self, Bands, Estimate, ImcTarget, Overshoot, Step, Terms};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::model::{ModelIn, PidIn, plant};
+use crate::model::{ModelIn, ModelOut, PidIn, plant};
 use crate::values::{Array, LimitsIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -25,6 +25,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
+    m.add_function(wrap_pyfunction!(stability, m)?)?;
+    m.add_function(wrap_pyfunction!(loop_transfers, m)?)?;
     m.add_function(wrap_pyfunction!(phase_deg, m)?)?;
     m.add_function(wrap_pyfunction!(step_band, m)?)?;
     m.add_function(wrap_pyfunction!(bode_band, m)?)
@@ -189,9 +191,38 @@ fn sensitivities<'py>(
     model: ModelIn,
     pid: PidIn,
     w: PyReadonlyArray1<'py, f64>,
+    delay: &str,
 ) -> Outcome<[ComplexArray<'py>; 4]> {
-    let s = tune::sensitivities(&model.0, &pid.into(), w.as_slice().map_err(PyErr::from)?)?;
+    let w = w.as_slice().map_err(PyErr::from)?;
+    let s = tune::sensitivities(&model.0, &pid.into(), w, dead_time(delay)?)?;
     Ok([s.L, s.S, s.T, s.CS].map(|x| PyArray1::from_vec(py, x)))
+}
+
+fn dead_time(delay: &str) -> Outcome<Delay> {
+    match delay {
+        "exact" => Ok(Delay::Exact),
+        "pade" => Ok(Delay::Pade),
+        "taylor" => Ok(Delay::Taylor),
+        other => {
+            let needed = "\"exact\", \"pade\" or \"taylor\"";
+            Err(Error::argument("delay", format!("\"{other}\""), needed).into())
+        }
+    }
+}
+
+/// Whether the loop is stable, and the stable intervals of `Kp, Ki, Kd`.
+#[pyfunction]
+fn stability(py: Python<'_>, model: ModelIn, pid: PidIn, delay: &str) -> Outcome<(bool, [(f64, f64); 3])> {
+    let (pid, delay) = (pid.into(), dead_time(delay)?);
+    let found = py.detach(|| tune::stability(&model.0, &pid, delay))?;
+    Ok((found.stable, found.bounds))
+}
+
+/// `y_r, u_r, e_r, y_p, y_d, u_d`.
+#[pyfunction]
+fn loop_transfers(model: ModelIn, pid: PidIn, delay: &str) -> Outcome<[ModelOut; 6]> {
+    let all = tune::closed_loop_transfers(&model.0, &pid.into(), dead_time(delay)?)?;
+    Ok([all.y_r, all.u_r, all.e_r, all.y_p, all.y_d, all.u_d].map(|G| Model::Transfer(G).into()))
 }
 
 #[pyfunction]

@@ -7,19 +7,23 @@ from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
 from plantune.tune.lambda_ import lambda_
+from plantune.tune.loop_transfers import LoopTransfers, loop_transfers
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.simc import simc
 from plantune.tune.simc_plus import simc_plus
+from plantune.tune.stability import Stability, stability
 from plantune.tune.tuning import Tuning
 from plantune.tune.tyreus_luyben import tyreus_luyben
 from plantune.tune.ziegler_nichols import ziegler_nichols
 
 __all__ = [
     "Comparison",
+    "LoopTransfers",
     "Margins",
     "Row",
     "Sensitivities",
+    "Stability",
     "Tuning",
     "amigo",
     "bode_band",
@@ -28,11 +32,13 @@ __all__ = [
     "compare",
     "imc_pi",
     "lambda_",
+    "loop_transfers",
     "margins",
     "refined_ziegler_nichols",
     "sensitivities",
     "simc",
     "simc_plus",
+    "stability",
     "step_band",
     "tyreus_luyben",
     "ziegler_nichols",

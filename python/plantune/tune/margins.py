@@ -119,8 +119,10 @@ def margins(model: LinearModel, pid: PID) -> Margins:
     return Margins(**_core.margins(model, pid))
 
 
-def sensitivities(model: LinearModel, pid: PID, w: ArrayLike) -> Sensitivities:
-    """Return the frequency responses of the loop, with the exact delay.
+def sensitivities(
+    model: LinearModel, pid: PID, w: ArrayLike, *, delay: str = "exact"
+) -> Sensitivities:
+    """Return the frequency responses of the loop.
 
     Parameters
     ----------
@@ -130,6 +132,8 @@ def sensitivities(model: LinearModel, pid: PID, w: ArrayLike) -> Sensitivities:
         A sampled one meets the exact pulse transfer function.
     w : array (m,)
         Frequencies, rad/s.
+    delay : "exact", "pade" or "taylor"
+        The dead time as it is, or by the forms of source 001, (3.4-3) and (3.4-5).
 
     Returns
     -------
@@ -143,4 +147,4 @@ def sensitivities(model: LinearModel, pid: PID, w: ArrayLike) -> Sensitivities:
     array([1.+0.j])
     """
     w = np.ascontiguousarray(np.atleast_1d(w), float)
-    return Sensitivities(w, *_core.sensitivities(model, pid, w))
+    return Sensitivities(w, *_core.sensitivities(model, pid, w, delay))

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 use super::open_loop::{OpenLoop, crosses_negative_axis, root};
 use crate::error::Result;
 use crate::linalg::Complex;
-use crate::model::{Model, Pid};
+use crate::model::{Delay, Model, Pid, approximated};
 
 /// Margins; infinite where the loop never crosses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +45,7 @@ pub struct Margins {
 
 /// Margins of `pid` on input 0 of `model`.
 pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
+    pid.check()?;
     let open = OpenLoop::new(model, pid)?;
     let grid = open.grid();
     let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
@@ -143,7 +144,9 @@ pub struct Sensitivities {
 }
 
 /// Frequency responses of the loop at `w` rad/s.
-pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64]) -> Result<Sensitivities> {
+pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64], delay: Delay) -> Result<Sensitivities> {
+    let model = &approximated(model, delay)?;
+    pid.check()?;
     let open = OpenLoop::new(model, pid)?;
     let L: Vec<Complex<f64>> = w.iter().map(|&w| open.at(w)).collect();
     let S: Vec<Complex<f64>> = L.iter().map(|L| (L + 1.0).inv()).collect();
@@ -254,7 +257,7 @@ mod tests {
     #[test]
     fn sensitivities_add_up_to_one() {
         let (model, pid) = imc_loop(2.0, 5.0, 1.0, 1.0);
-        let s = sensitivities(&model, &pid, &[0.01, 0.3, 7.0]).expect("responses");
+        let s = sensitivities(&model, &pid, &[0.01, 0.3, 7.0], Delay::Exact).expect("responses");
         for (S, T) in s.S.iter().zip(&s.T) {
             assert!((S + T - 1.0).norm() < 1e-14);
         }

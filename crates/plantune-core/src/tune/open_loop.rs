@@ -14,8 +14,8 @@ use std::f64::consts::PI;
 
 use crate::error::Result;
 use crate::linalg::Complex;
-use crate::model::{Model, Pid, c2d};
-use crate::poly::{is_stable, product, roots};
+use crate::model::{Model, Pid, c2d, weighted};
+use crate::poly::{is_hurwitz, is_stable, product, roots};
 
 /// Most that `ln L` changes from one frequency of the grid to the next.
 const STEP: f64 = 0.05;
@@ -44,9 +44,8 @@ pub struct OpenLoop {
 }
 
 impl OpenLoop {
-    /// Refuses what is no plant, no controller, or another sample time.
+    /// Refuses what is no plant, or another sample time.
     pub fn new(model: &Model, pid: &Pid) -> Result<Self> {
-        pid.check()?;
         model.check()?;
         let plant = match (model, model.first_order(), model.transfer(), pid.Ts) {
             (Model::Poly(_), _, _, Some(Ts)) => {
@@ -107,12 +106,14 @@ impl OpenLoop {
         while self.at(w).norm() < 10.0 && w > 1e-12 * slowest && self.pid.Ki != 0.0 {
             w /= 10.0;
         }
+        // What does not die out repeats itself with every turn of the dead time.
+        let beyond = self.gain_beyond();
         let mut grid = vec![w];
         while w < highest && grid.len() < MOST {
             w = (w + (STEP / self.rate(w)).max(SMALLEST * w)).min(highest);
             grid.push(w);
             let far = w > 10.0 * fastest && w * self.delay.max(1e-6 / fastest) > 4.0 * PI;
-            if far && self.at(w).norm() < 0.01 || w > 1e9 * fastest {
+            if far && (self.at(w).norm() - beyond).abs() < 0.01 || w > 1e9 * fastest {
                 break;
             }
         }
@@ -123,6 +124,9 @@ impl OpenLoop {
     pub fn is_stable(&self, grid: &[f64], L: &[Complex<f64>]) -> bool {
         if let Some(stable) = self.rational_is_stable() {
             return stable;
+        }
+        if self.gain_beyond() >= 1.0 {
+            return false; // each turn of the dead time encircles -1
         }
         let mut turns = 0.0;
         for k in 0..grid.len() - 1 {
@@ -147,13 +151,24 @@ impl OpenLoop {
                 Some(closed[0] != 0.0 && is_stable(&closed.iter().map(|c| c / closed[0]).collect::<Vec<_>>()))
             }
             (_, None) if self.delay == 0.0 => {
-                let open = self.pid.transfer().times(self.plant.transfer()?.as_ref());
-                let pad = open.den.len().saturating_sub(open.num.len());
-                let closed = sum(&open.den, &[vec![0.0; pad], open.num].concat());
-                let lost = closed[0].abs() <= 1e-14 * open.den[0].abs() || *closed.last()? == 0.0;
-                Some(!lost && roots(&closed).iter().all(|&(re, _)| re < 0.0))
+                let (C, G) = (self.pid.transfer(), self.plant.transfer()?);
+                let closed = weighted([(1.0, &product(&C.den, &G.den)), (1.0, &product(&C.num, &G.num))]);
+                Some(is_hurwitz(&closed))
             }
             _ => None,
+        }
+    }
+
+    /// `|L|` where the frequency grows beyond all bounds.
+    fn gain_beyond(&self) -> f64 {
+        let lead = |p: &[f64], n: usize| if p.len() == n { p[0].abs() } else { 0.0 };
+        match self.plant.transfer() {
+            Some(G) if self.pid.Ts.is_none() => {
+                let C = self.pid.transfer();
+                let (num, den) = (product(&C.num, &G.num), product(&C.den, &G.den));
+                if num.len() > den.len() { f64::INFINITY } else { lead(&num, den.len()) / den[0].abs() }
+            }
+            _ => 0.0,
         }
     }
 
