@@ -15,6 +15,7 @@ from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
 from plantune.notes import Limits
 from plantune.record import Record
+from plantune.tune.optimal import Wish
 from plantune.validate import Verdict
 
 __version__: str
@@ -25,6 +26,7 @@ Band: TypeAlias = tuple[Floats, Floats]
 Interval: TypeAlias = tuple[float, float]
 Fields: TypeAlias = dict[str, Any]
 Model: TypeAlias = LinearModel | None  # of a fit; None is refused (U01)
+Drawn: TypeAlias = tuple[Model, Floats, int, float, float | None]  # `Fit.drawn_from`
 
 # --- records, limits ---------------------------------------------------------------------------
 
@@ -297,8 +299,27 @@ def tyreus_luyben(model: Model, controller: str) -> Fields:
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 
-def margin_bands(model: Model, P: Floats, pid: PID) -> list[Interval]:
-    """95 % intervals of `gain phase_deg delay Ms Mt`; `P` is flat, here and below."""
+def margin_bands(fits: Sequence[Drawn], pid: PID) -> list[Interval]:
+    """95 % intervals of `gain phase_deg delay Ms Mt` over the models that the fits leave open."""
+
+def loop_shape(
+    model: Model, w_c: float, phase_margin: float, controller: str, Ts: float | None
+) -> Fields:
+    """Fields of `PID`."""
+
+def optimal(model: Model, wish: Wish) -> tuple[Fields, float]:
+    """Fields of `PID`, and what it costs."""
+
+def optimal_over(
+    fits: Sequence[Drawn], wish: Wish, dear: float
+) -> tuple[Fields, float, Fields, float | None]:
+    """Fields of `PID` over the fits, its cost, those of the best model alone, and seconds.
+
+    So much more record would leave the share `dear` of the integral gain of the best model.
+    """
+
+def cloud(fits: Sequence[Drawn], count: int) -> list[Fields]:
+    """Return fields of models, the most probable first, then `count` draws."""
 
 def sensitivities(model: Model, pid: PID, w: Floats, delay: str) -> list[Complexes]:
     """`L, S, T, CS`; the delay is "exact", "pade" or "taylor", here and below."""

@@ -39,7 +39,7 @@ def conditions(K, T, L, Kp, Ki, Kd, delay):
 
 @pytest.mark.parametrize("delay", ["taylor", "pade"])
 def test_the_conditions_agree_with_the_roots(delay):
-    """The inequalities of the source beside the roots beside ours; 20 000 in crates/…/tests/routh.rs."""
+    """The inequalities of the source, the roots and ours; 20 000 in the core's tests/routh.rs."""
     rng = np.random.default_rng(20_000 + len(delay))
     stable = 0
     for _ in range(1000):

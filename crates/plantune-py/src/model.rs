@@ -120,7 +120,7 @@ pub struct PidIn {
 }
 
 /// `"d1"` or `"y2"`.
-struct FilterIn(Filter);
+pub struct FilterIn(pub Filter);
 
 impl<'py> FromPyObject<'_, 'py> for FilterIn {
     type Error = PyErr;

@@ -85,7 +85,7 @@ fn closed_loop<'py>(
     let plant = plant(model)?;
     let slice = |x: &PyReadonlyArray1<'py, f64>| x.as_slice().map(<[f64]>::to_vec).map_err(PyErr::from);
     let (r, d, noise) = (slice(&r)?, slice(&d)?, slice(&noise)?);
-    let settings = ClosedLoopSettings { dt, r: &r, d: &d, noise: &noise, offset, u0 };
+    let settings = ClosedLoopSettings { dt, r: &r, d: &d, noise: &noise, offset, u0, fineness: 1000.0 };
     let pid = pid.into();
     let run = py.detach(|| sim::closed_loop(&plant, &pid, &settings))?;
     let i = indices(&run);

@@ -2,12 +2,14 @@
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use plantune_core::Error;
-use plantune_core::model::{Delay, Model, Pid};
-use plantune_core::tune::{self, Bands, Estimate, ImcTarget, Overshoot, Step, Terms};
+use plantune_core::model::{Delay, Filter, Model, Pid};
+use plantune_core::tune::{
+    self, Answer, Bands, Estimate, Fitted, ImcTarget, Overshoot, Robustness, Step, Terms, Wish,
+};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
-use crate::model::{ModelIn, ModelOut, PidIn, plant};
+use crate::model::{FilterIn, ModelIn, ModelOut, PidIn, plant};
 use crate::values::{Array, LimitsIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -25,6 +27,10 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
+    m.add_function(wrap_pyfunction!(loop_shape, m)?)?;
+    m.add_function(wrap_pyfunction!(optimal, m)?)?;
+    m.add_function(wrap_pyfunction!(optimal_over, m)?)?;
+    m.add_function(wrap_pyfunction!(cloud, m)?)?;
     m.add_function(wrap_pyfunction!(stability, m)?)?;
     m.add_function(wrap_pyfunction!(loop_transfers, m)?)?;
     m.add_function(wrap_pyfunction!(phase_deg, m)?)?;
@@ -170,16 +176,111 @@ fn margins(model: ModelIn, pid: PidIn) -> Outcome<MarginsOut> {
     })
 }
 
+/// A fit as the cloud of its models needs it: model, covariance, rows, loss.
+type FitIn<'py> = (ModelIn, PyReadonlyArray1<'py, f64>, usize, f64, Option<f64>);
+
+fn fitted(fits: Vec<FitIn<'_>>) -> Outcome<Vec<Fitted>> {
+    fits.into_iter()
+        .map(|(model, P, N, loss, Ts)| {
+            let P = P.as_slice().map_err(PyErr::from)?.to_vec();
+            Ok(Fitted { model: model.0, P, N, loss, Ts })
+        })
+        .collect()
+}
+
 /// Intervals of `gain phase_deg delay Ms Mt`.
 #[pyfunction]
-fn margin_bands(
-    py: Python<'_>,
+fn margin_bands(py: Python<'_>, fits: Vec<FitIn<'_>>, pid: PidIn) -> Outcome<[(f64, f64); 5]> {
+    let (fits, pid) = (fitted(fits)?, pid.into());
+    Ok(py.detach(|| tune::margin_bands(&fits, &pid))?)
+}
+
+/// The dict behind `plantune.models.PID(**d)`.
+#[derive(IntoPyObject)]
+struct PidOut {
+    Kp: f64,
+    Ti: f64,
+    Td: f64,
+    Tf: f64,
+    filter: &'static str,
+    Ts: Option<f64>,
+}
+
+impl From<Pid> for PidOut {
+    fn from(pid: Pid) -> Self {
+        let filter = if pid.filter == Filter::Y2 { "y2" } else { "d1" };
+        PidOut { Kp: pid.Kp, Ti: pid.Ti(), Td: pid.Td, Tf: pid.Tf, filter, Ts: pid.Ts }
+    }
+}
+
+#[pyfunction]
+fn loop_shape(
     model: ModelIn,
-    P: PyReadonlyArray1<'_, f64>,
-    pid: PidIn,
-) -> Outcome<[(f64, f64); 5]> {
-    let (P, pid): (_, Pid) = (P.as_slice().map_err(PyErr::from)?, pid.into());
-    Ok(py.detach(|| tune::margin_bands(&model.0, P, &pid))?)
+    w_c: f64,
+    phase_margin: f64,
+    controller: &str,
+    Ts: Option<f64>,
+) -> Outcome<PidOut> {
+    Ok(tune::loop_shape(&model.0, w_c, phase_margin, terms(controller)?, Ts)?.into())
+}
+
+/// `plantune.tune.optimal.Wish`, by attribute.
+#[derive(FromPyObject)]
+struct WishIn {
+    Ms: f64,
+    Mt: f64,
+    noise_gain: f64,
+    answer: String,
+    controller: String,
+    filter: FilterIn,
+    Ts: Option<f64>,
+    share: f64,
+}
+
+impl WishIn {
+    fn core(self) -> Outcome<Wish> {
+        let answer = match self.answer.as_str() {
+            "load" => Answer::Load,
+            "set_point" => Answer::SetPoint,
+            "both" => Answer::Both,
+            other => {
+                let needed = "\"load\", \"set_point\" or \"both\"";
+                return Err(Error::argument("answer", format!("\"{other}\""), needed).into());
+            }
+        };
+        let WishIn { Ms, Mt, noise_gain, controller, filter, Ts, share, .. } = self;
+        let limits = Robustness { Ms, Mt, noise_gain };
+        Ok(Wish { limits, answer, terms: terms(&controller)?, filter: filter.0, Ts, share })
+    }
+}
+
+/// Settings, and their cost, on a model.
+#[pyfunction]
+fn optimal(py: Python<'_>, model: ModelIn, wish: WishIn) -> Outcome<(PidOut, f64)> {
+    let wish = wish.core()?;
+    let found = py.detach(|| tune::optimise(&[model.0], &wish))?;
+    Ok((found.pid.into(), found.cost))
+}
+
+/// Settings over the fits, their cost, the settings on the best model alone, and the seconds of record that
+/// would make both alike to within `dear`.
+#[pyfunction]
+fn optimal_over(
+    py: Python<'_>,
+    fits: Vec<FitIn<'_>>,
+    wish: WishIn,
+    dear: f64,
+) -> Outcome<(PidOut, f64, PidOut, Option<f64>)> {
+    let (fits, wish) = (fitted(fits)?, wish.core()?);
+    let found = py.detach(|| tune::posterior(&fits, &wish, dear))?;
+    let seconds = found.more.and_then(|more| tune::seconds(&fits, more));
+    Ok((found.set.pid.into(), found.set.cost, found.point.pid.into(), seconds))
+}
+
+/// The models that the fits leave open, the most probable first.
+#[pyfunction]
+fn cloud(fits: Vec<FitIn<'_>>, count: usize) -> Outcome<Vec<ModelOut>> {
+    Ok(tune::cloud(&fitted(fits)?, count)?.into_iter().map(ModelOut::from).collect())
 }
 
 type ComplexArray<'py> = Bound<'py, PyArray1<Complex64>>;

@@ -7,8 +7,10 @@ from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
 from plantune.tune.lambda_ import lambda_
+from plantune.tune.loop_shape import loop_shape
 from plantune.tune.loop_transfers import LoopTransfers, loop_transfers
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
+from plantune.tune.optimal import optimal
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.simc import simc
 from plantune.tune.simc_plus import simc_plus
@@ -32,8 +34,10 @@ __all__ = [
     "compare",
     "imc_pi",
     "lambda_",
+    "loop_shape",
     "loop_transfers",
     "margins",
+    "optimal",
     "refined_ziegler_nichols",
     "sensitivities",
     "simc",

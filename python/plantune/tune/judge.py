@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import nan
 from typing import Any
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.estimate.fit import Fit, flat
+from plantune.estimate.fit import Fit
 from plantune.models import PID, ProcessModel
+from plantune.models.base import LinearModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note
 from plantune.tune.margins import Margins, margins
 from plantune.tune.tuning import Tuning
@@ -34,7 +36,7 @@ def tuned(
     found = settings(plant)
     tau_c = found.pop("tau_c")
     notes = (*notes, *made_for(plant, tau_c))
-    return _judged(rule, model, plant, PID(**found), tau_c, notes, limits)
+    return judged(rule, model, plant, PID(**found), tau_c=tau_c, notes=notes, limits=limits)
 
 
 def outside(name: str, value: float, low: float, high: float) -> tuple[Note, ...]:
@@ -59,22 +61,28 @@ def as_given(
     """Return the tuning that a controller is, whatever rule it came from."""
     limits = limits or DEFAULT_LIMITS
     plant, notes = _plant(model, delay_at_least, limits)
-    return _judged(str(pid), model, plant, pid, float("nan"), notes, limits)
+    return judged(str(pid), model, plant, pid, notes=notes, limits=limits)
 
 
-def _judged(
+def judged(
     rule: str,
-    model: ProcessModel | Fit,
-    plant: ProcessModel,
+    model: LinearModel | Fit | Sequence[Fit],
+    plant: LinearModel,
     pid: PID,
-    tau_c: float,
-    notes: tuple[Note, ...],
-    limits: Limits,
+    *,
+    tau_c: float = nan,
+    cost: float = nan,
+    notes: tuple[Note, ...] = (),
+    limits: Limits | None = None,
 ) -> Tuning:
+    """Return settings with their margins on `plant`, and the bands of these over the fits."""
+    limits = limits or DEFAULT_LIMITS
     m = margins(plant, pid)
-    bands: dict[str, tuple[float, float]] = {}
-    if isinstance(model, Fit):
-        bands = dict(zip(_BANDS, _core.margin_bands(plant, flat(model), pid), strict=True))
+    fits = [] if isinstance(model, LinearModel) else [model] if isinstance(model, Fit) else model
+    drawn_from = [fit.drawn_from for fit in fits]
+    if len(fits) == 1:
+        drawn_from = [(plant, *drawn_from[0][1:])]  # with the dead time that the rule counted
+    bands = dict(zip(_BANDS, _core.margin_bands(drawn_from, pid), strict=True)) if fits else {}
     return Tuning(
         controller=pid,
         rule=rule,
@@ -82,9 +90,17 @@ def _judged(
         margins=m,
         bands=bands,
         tau_c=tau_c,
+        cost=cost,
         notes=(*notes, *_weak(m, bands, limits), *limits.changes()),
-        source=model.source if isinstance(model, Fit) else "",
+        source=fits[0].source if fits else "",
     )
+
+
+def check_fit(fit: Fit, limits: Limits) -> None:
+    """Refuse a process model of open sign (X12), or sampled too slowly (M09)."""
+    if isinstance(fit.model, ProcessModel):
+        K, T = zip(fit.theta[:2].tolist(), fit.sd[:2].tolist(), strict=True)
+        _core.check_tunable(K, T, fit.Ts, limits)
 
 
 def _plant(
@@ -97,8 +113,7 @@ def _plant(
             "U01", "a tuning rule needs a process model", remedy='estimate.process(rec, "P1D")'
         )
     if isinstance(model, Fit):
-        K, T = zip(model.theta[:2].tolist(), model.sd[:2].tolist(), strict=True)
-        _core.check_tunable(K, T, model.Ts, limits)
+        check_fit(model, limits)
     return _with_delay(plant, delay_at_least)
 
 

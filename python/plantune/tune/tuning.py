@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from plantune.models import PID, ProcessModel
+from plantune.models import PID
+from plantune.models.base import LinearModel
 from plantune.notes import Note
 from plantune.tune.margins import Margins
 
@@ -20,7 +21,7 @@ class Tuning:
         The settings.
     rule : str
         The rule and what it was asked for.
-    model : ProcessModel
+    model : ProcessModel, TransferFunction or PolyModel
         The model tuned on.
     margins : Margins
         On that model.
@@ -28,6 +29,8 @@ class Tuning:
         95 % interval of `gain phase_deg delay Ms Mt`; empty for a model without uncertainty.
     tau_c : float
         Closed-loop time constant aimed at, seconds; NaN where the rule aims at none.
+    cost : float
+        Of an optimum what it minimises; NaN otherwise.
     notes : tuple of Note
         Doubts, such as margins that the model's uncertainty leaves weak.
     source : str
@@ -47,10 +50,11 @@ class Tuning:
 
     controller: PID
     rule: str
-    model: ProcessModel
+    model: LinearModel
     margins: Margins
     bands: Mapping[str, tuple[float, float]]
     tau_c: float
+    cost: float
     notes: tuple[Note, ...]
     source: str
 

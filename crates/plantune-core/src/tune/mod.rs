@@ -2,17 +2,27 @@
 
 mod bands;
 mod closed_loop;
+mod cloud;
 mod indices;
+mod loop_shape;
 mod margins;
 mod open_loop;
+mod optimise;
+mod posterior;
+mod room;
 mod rules;
 mod stability;
 mod tunable;
 
 pub use bands::{Bands, bode_band, margin_bands, phase_deg, step_band};
 pub use closed_loop::{ClosedLoopTransfers, closed_loop_transfers};
+pub use cloud::{Fitted, cloud};
 pub use indices::{Indices, indices};
+pub use loop_shape::loop_shape;
 pub use margins::{Margins, Sensitivities, margins, sensitivities};
+pub use optimise::{Answer, Optimum, Wish, iae, optimise};
+pub use posterior::{Posterior, posterior, seconds};
+pub use room::Robustness;
 pub use rules::{
     ImcTarget, Overshoot, Step, Terms, amigo, chien_hrones_reswick, cohen_coon, imc_pi, lambda,
     refined_ziegler_nichols, simc, simc_plus, tyreus_luyben, ziegler_nichols,

@@ -120,6 +120,38 @@ impl OpenLoop {
         grid
     }
 
+    /// Frequencies from `low` to `high`, as close.
+    pub fn between(&self, low: f64, high: f64) -> Vec<f64> {
+        let high = self.sampled.map_or(high, |Ts| high.min(PI / Ts));
+        let mut grid = vec![low];
+        let mut w = low;
+        while w < high && grid.len() < MOST {
+            w = (w + (STEP / self.rate(w)).max(SMALLEST * w)).min(high);
+            grid.push(w);
+        }
+        grid
+    }
+
+    /// Whether the closed loop is stable.
+    pub fn closes(&self) -> bool {
+        if let Some(stable) = self.rational_is_stable() {
+            return stable;
+        }
+        let grid = self.grid();
+        let L: Vec<Complex<f64>> = grid.iter().map(|&w| self.at(w)).collect();
+        self.is_stable(&grid, &L)
+    }
+
+    /// Poles of the plant, in z if it is sampled.
+    pub fn plant_poles(&self) -> Vec<(f64, f64)> {
+        self.plant.poles()
+    }
+
+    /// Time of one sample of a sampled plant, s.
+    pub fn sampled(&self) -> Option<f64> {
+        self.sampled
+    }
+
     /// Whether the closed loop is stable; `L` on the grid.
     pub fn is_stable(&self, grid: &[f64], L: &[Complex<f64>]) -> bool {
         if let Some(stable) = self.rational_is_stable() {
@@ -200,7 +232,7 @@ impl OpenLoop {
     }
 
     /// Lowest and highest frequency at which something happens, rad/s.
-    fn span(&self) -> (f64, f64) {
+    pub fn span(&self) -> (f64, f64) {
         let of_z = |Ts: f64| {
             let size = move |r: &Complex<f64>| {
                 let closest = (r.norm() > 1e-3).then(|| (r.ln() / Ts).norm());

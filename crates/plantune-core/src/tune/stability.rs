@@ -73,10 +73,7 @@ fn bounds(model: &Model, pid: &Pid, setting: Setting, grid: &[f64], stable: bool
     }
     for interval in nearest {
         let inside = with(pid, setting, middle(interval));
-        let open = OpenLoop::new(model, &inside)?;
-        let grid = open.grid();
-        let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
-        if open.is_stable(&grid, &L) {
+        if OpenLoop::new(model, &inside)?.closes() {
             return Ok(interval);
         }
     }
