@@ -7,8 +7,8 @@
 
 `inspect` lists what is wrong with a file before that.
 Stages, in the order of the work: `prep analyze estimate validate tune simulate`; `job` runs them
-all, `report` and `plot` show the result, `datasets` brings records to try.  Stages load when first
-used.
+all, `report` and `plot` show the result, `recursive` learns sample by
+sample, `datasets` brings records to try.  Stages load when first used.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from plantune import models as models
     from plantune import plot as plot
     from plantune import prep as prep
+    from plantune import recursive as recursive
     from plantune import report as report
     from plantune import simulate as simulate
     from plantune import tune as tune
@@ -66,6 +67,7 @@ _HOME: dict[str, str | None] = {
     "prep": None,
     "analyze": None,
     "estimate": None,
+    "recursive": None,
     "validate": None,
     "tune": None,
     "simulate": None,

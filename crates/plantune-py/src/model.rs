@@ -14,6 +14,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(step_response, m)?)?;
     m.add_function(wrap_pyfunction!(poles, m)?)?;
     m.add_function(wrap_pyfunction!(zeros, m)?)?;
+    m.add_function(wrap_pyfunction!(pulse_transfer, m)?)?;
     m.add_function(wrap_pyfunction!(dc_gain, m)?)?;
     m.add_function(wrap_pyfunction!(resonance, m)?)?;
     m.add_function(wrap_pyfunction!(gains, m)?)?;
@@ -185,6 +186,17 @@ fn poles(py: Python<'_>, model: ModelIn) -> Bound<'_, PyArray1<Complex64>> {
 #[pyfunction]
 fn zeros(py: Python<'_>, model: ModelIn, input: usize) -> Bound<'_, PyArray1<Complex64>> {
     PyArray1::from_iter(py, model.0.zeros(input).into_iter().map(|(re, im)| Complex64::new(re, im)))
+}
+
+/// Numerator and denominator in descending powers of z.
+#[pyfunction]
+fn pulse_transfer(model: ModelIn, input: usize) -> Outcome<(Vec<f64>, Vec<f64>)> {
+    match &model.0 {
+        Model::Poly(m) => Ok(m.pulse_transfer(input)),
+        Model::Process(_) => {
+            Err(Error::argument("model", "a ProcessModel", "a PolyModel; c2d gives one").into())
+        }
+    }
 }
 
 #[pyfunction]
