@@ -139,8 +139,47 @@ def load_model(path: str | PathLike[str]) -> Any:
     ...     print(load_model(f"{folder}/controller.json"))
     PI: Kp = 2, Ti = 10 s
     """
-    values = _parsed(contents(path))
-    kind = str(values.pop("kind", None)) if isinstance(values, dict) else "absent"
+    return model_of(load_json(path))
+
+
+def load_json(path: str | PathLike[str]) -> Any:
+    """Return what a JSON file holds.
+
+    Raises
+    ------
+    DataError
+        Not JSON (D02); too large (D01).
+    UsageError
+        There is no such file (U01).
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     write_json(f"{folder}/fit.json", {"fit": 88.1})
+    ...     load_json(f"{folder}/fit.json")
+    {'fit': 88.1}
+    """
+    return _parsed(contents(path))
+
+
+def model_of(values: Any) -> Any:
+    """Return the model or controller whose fields, and `kind`, these are.
+
+    Raises
+    ------
+    DataError
+        Not a model of this version (D02).
+    UsageError
+        A number in it is out of its range (U01).
+
+    Examples
+    --------
+    >>> print(model_of({"kind": "process", "K": 2.0, "T": 5.0, "L": 1.3}))
+    G(s) = 2 e^(-1.3 s) / (5 s + 1)
+    """
+    values = dict(values) if isinstance(values, Mapping) else {}
+    kind = str(values.pop("kind", "absent"))
     if kind not in _classes():
         raise _no_model(f"`kind` is {short(kind)}, must be one of {', '.join(_classes())}")
     cls = _classes()[kind]

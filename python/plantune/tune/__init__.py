@@ -6,6 +6,7 @@ from plantune.tune.chien_hrones_reswick import chien_hrones_reswick
 from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
+from plantune.tune.jsonfile import load_tuning, save_tuning, tuning_of
 from plantune.tune.lambda_ import lambda_
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
@@ -28,12 +29,15 @@ __all__ = [
     "compare",
     "imc_pi",
     "lambda_",
+    "load_tuning",
     "margins",
     "refined_ziegler_nichols",
+    "save_tuning",
     "sensitivities",
     "simc",
     "simc_plus",
     "step_band",
+    "tuning_of",
     "tyreus_luyben",
     "ziegler_nichols",
 ]
