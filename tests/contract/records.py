@@ -23,6 +23,8 @@ CLASSES = {
     "X": "NotIdentifiable",
     "M": "NotIdentifiable",
     "N": "NumericsError",
+    "R": "RunError",
+    "C": "RunError",
 }
 EXIT = {"U": 2, "D": 2, "X": 3, "M": 3, "N": 4, "R": 5, "C": 5}
 
