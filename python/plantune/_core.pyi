@@ -270,6 +270,10 @@ class RLS:
         """`U` (n, n) and `D` (n,) of `P = U diag(D) U'`."""
 
     @property
+    def D_most(self) -> float:
+        """The most that forgetting may make of an entry of `D`."""
+
+    @property
     def n(self) -> int:
         """Number of parameters."""
 

@@ -22,7 +22,7 @@ def rows(N=60, n=3, seed=4, sd=0.1):
 
 def weighted(phi, y, lam, P0, theta0):
     """Minimise the sum of `lam^(t-k) e(k)^2` and the fading distance to the start, by lstsq."""
-    N, n = phi.shape
+    N = len(y)
     w = np.sqrt(lam ** np.arange(N - 1, -1.0, -1.0))
     start = lam ** (N / 2) * np.linalg.inv(np.linalg.cholesky(P0))
     left, right = np.r_[start, w[:, None] * phi], np.r_[start @ theta0, w * y]

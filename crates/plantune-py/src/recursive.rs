@@ -44,6 +44,8 @@ enum Covariance<'py> {
 ///     Their covariance in units of the noise variance, exactly symmetric.
 /// factors : pair of arrays (n, n) and (n,)
 ///     `U` and `D` of `P = U diag(D) U'`, `U` unit upper triangular.
+/// D_most : float
+///     The most that forgetting may make of an entry of `D`.
 /// n, lam : int, float
 ///     As given.
 ///
@@ -147,6 +149,11 @@ impl RLS {
         };
         let U = (0..n * n).map(|k| at(k / n, k % n)).collect();
         Ok((matrix(py, U, n)?, array(py, D.to_vec())))
+    }
+
+    #[getter]
+    fn D_most(&self) -> f64 {
+        self.rls.factors().2
     }
 
     #[getter]
