@@ -1,15 +1,15 @@
 //! Estimators that learn one sample at a time.
 
-use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2, PyArrayMethods, PyUntypedArrayMethods};
+use numpy::{AllowTypeChange, PyArrayLike1, PyArrayLike2, PyUntypedArrayMethods};
 use plantune_core::Error;
-use plantune_core::recursive::Rls;
+use plantune_core::recursive;
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
 use crate::values::{Array, Matrix, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    m.add_class::<RLS>()
+    m.add_class::<Rls>()
 }
 
 /// A scalar is times identity.
@@ -73,13 +73,13 @@ enum Covariance<'py> {
 /// ...     eps = rls.update(phi, y)
 /// >>> rls.theta.round(4)
 /// array([-0.8,  0.5])
-#[pyclass(module = "plantune._core")]
-pub struct RLS {
-    rls: Rls,
+#[pyclass(name = "RLS", module = "plantune._core")]
+pub struct Rls {
+    rls: recursive::Rls,
 }
 
 #[pymethods]
-impl RLS {
+impl Rls {
     #[new]
     #[pyo3(signature = (n, lam=1.0, P0=Covariance::Scalar(1e6), theta0=None))]
     fn new(
@@ -90,10 +90,10 @@ impl RLS {
     ) -> Outcome<Self> {
         let n = n.extract().map_err(|_| Error::argument("n", n, "a whole number, at least 1"))?;
         let mut rls = match P0 {
-            Covariance::Scalar(P0) => Rls::new(n, lam, P0)?,
+            Covariance::Scalar(P0) => recursive::Rls::new(n, lam, P0)?,
             Covariance::Matrix(P0) if P0.shape() == [n, n] => {
                 let P0 = P0.as_array().iter().copied().collect::<Vec<f64>>();
-                Rls::new(n, lam, 1.0)?.with_covariance(&P0)?
+                recursive::Rls::new(n, lam, 1.0)?.with_covariance(&P0)?
             }
             Covariance::Matrix(P0) => {
                 return Err(Error::argument("P0", format!("of shape {:?}", P0.shape()), "(n, n)").into());
@@ -102,7 +102,7 @@ impl RLS {
         if let Some(theta0) = theta0 {
             rls = rls.starting_at(&theta0.as_array().to_vec())?;
         }
-        Ok(RLS { rls })
+        Ok(Rls { rls })
     }
 
     /// Learn one sample, `phi` (n,) and `y`, and return the prior prediction error `y - phi' theta`.
