@@ -80,7 +80,27 @@ def write_json(path: str | PathLike[str], value: Any, longest: int | None = None
     }
     """
     text = json.dumps(to_json(value, longest), indent=2, allow_nan=False, ensure_ascii=False)
-    _replace(Path(path), text + "\n")
+    write_text(path, text + "\n")
+
+
+def write_text(path: str | PathLike[str], text: str) -> None:
+    """Write a text; the file is there whole or not at all.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     write_text(f"{folder}/pid.c", "/* PID */")
+    ...     print([path.name for path in Path(folder).iterdir()])
+    ['pid.c']
+    """
+    path = Path(path)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def save_model(path: str | PathLike[str], model: Any) -> None:
@@ -216,13 +236,3 @@ def _no_model(text: str) -> PlantuneError:
 
 def _holds_null(value: Any) -> bool:
     return isinstance(value, list) and any(item is None or _holds_null(item) for item in value)
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write beside the file, then put it in its place in one step."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
