@@ -105,6 +105,14 @@ def test_what_has_no_such_form_is_refused(arguments):
     check_refusal(caught.value, "U01", ())
 
 
+def test_a_filter_that_is_not_written_is_refused_and_not_dropped():
+    pid = PID(Kp=2.0, Ti=3.0, Td=0.5, Tf=0.05)
+    object.__setattr__(pid, "filter", "y2")
+    for export in (pt.export.to_control, pt.export.structured_text, pt.export.c_source):
+        with pytest.raises(pt.UsageError, match="'y2'"):
+            export(pid) if export is pt.export.to_control else export(pid, Ts=0.1)
+
+
 def test_without_python_control_it_says_what_to_install(monkeypatch):
     real = builtins.__import__
 

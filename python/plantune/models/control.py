@@ -117,6 +117,12 @@ def _transfer_function(control: Any, model: Any, order: int) -> Any:
 
 def _pid(control: Any, pid: PID) -> Any:
     """`Kp + Ki/s + Kp Td s / (Tf s + 1)`; sampled with `s = (1 - 1/z) / Ts`."""
+    if pid.filter != "d1":
+        raise refusal(
+            "U01",
+            f"the filter {pid.filter!r} has no form here yet",
+            remedy="filter='d1', on the derivative",
+        )
     Ts = pid.Ts
     if Ts is None:
         integral, derivative = control.tf([1], [1, 0]), control.tf([pid.Kd, 0], [pid.Tf, 1])
