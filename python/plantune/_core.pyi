@@ -155,11 +155,17 @@ def poles(model: Model) -> Complexes:
     """In z for sampled models, in 1/s for process models."""
 
 def zeros(model: Model, input: int) -> Complexes: ...
+def pulse_transfer(model: PolyModel, input: int) -> tuple[list[float], list[float]]:
+    """Numerator and denominator in descending powers of z, delay included."""
+
 def dc_gain(model: Model) -> list[float]:
     """One per input; infinite for an integrator."""
 
 def resonance(model: Model, input: int) -> tuple[float, float] | None:
     """Frequency in rad/s and damping of the poorly damped poles that ring most."""
+
+def pid_transfer(pid: PID) -> tuple[list[float], list[float]]:
+    """Numerator and denominator from the error, descending powers of s, or of z if sampled."""
 
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""
@@ -237,6 +243,48 @@ def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields
 
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
+
+# --- estimators that learn one sample at a time -------------------------------------------------
+
+class RLS:
+    """Recursive least squares with exponential forgetting."""
+
+    def __init__(
+        self,
+        n: int,
+        lam: float = 1.0,
+        P0: float | Sequence[Sequence[float]] | Floats = 1e6,
+        theta0: Sequence[float] | Floats | None = None,
+    ) -> None: ...
+    def update(self, phi: Sequence[float] | Floats, y: float) -> float:
+        """Learn one sample and return the prior prediction error."""
+
+    def run(self, phi: Sequence[Sequence[float]] | Floats, y: Sequence[float] | Floats) -> Floats:
+        """Learn samples (N, n) and (N,): `update` in a loop, to the last bit."""
+
+    @property
+    def theta(self) -> Floats:
+        """Parameters (n,)."""
+
+    @property
+    def P(self) -> Floats:
+        """Their covariance (n, n) in units of the noise variance, exactly symmetric."""
+
+    @property
+    def factors(self) -> tuple[Floats, Floats]:
+        """`U` (n, n) and `D` (n,) of `P = U diag(D) U'`."""
+
+    @property
+    def D_most(self) -> float:
+        """The most that forgetting may make of an entry of `D`."""
+
+    @property
+    def n(self) -> int:
+        """Number of parameters."""
+
+    @property
+    def lam(self) -> float:
+        """Forgetting factor."""
 
 # --- judgement ---------------------------------------------------------------------------------
 

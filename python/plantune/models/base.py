@@ -156,6 +156,19 @@ class LinearModel:
         """
         return _core.resonance(self, input)
 
+    def to_control(self, **options: Any) -> Any:
+        """Return the model as an object of python-control; options as of `pt.export.to_control`.
+
+        Examples
+        --------
+        >>> from plantune.models import ProcessModel
+        >>> print(ProcessModel(K=2.0, T=4.0, L=0.0).to_control().poles().real)
+        [-0.25]
+        """
+        from plantune.models.control import to_control
+
+        return to_control(self, **options)  # type: ignore[arg-type]
+
     def same_as(self, other: Any) -> bool:
         """Whether the other model has the same class and numbers.
 

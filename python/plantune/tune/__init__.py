@@ -6,6 +6,7 @@ from plantune.tune.chien_hrones_reswick import chien_hrones_reswick
 from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.imc import imc_pi
+from plantune.tune.jsonfile import load_tuning, save_tuning, tuning_of
 from plantune.tune.lambda_ import lambda_
 from plantune.tune.loop_shape import loop_shape
 from plantune.tune.loop_transfers import LoopTransfers, loop_transfers
@@ -34,16 +35,19 @@ __all__ = [
     "compare",
     "imc_pi",
     "lambda_",
+    "load_tuning",
     "loop_shape",
     "loop_transfers",
     "margins",
     "optimal",
     "refined_ziegler_nichols",
+    "save_tuning",
     "sensitivities",
     "simc",
     "simc_plus",
     "stability",
     "step_band",
+    "tuning_of",
     "tyreus_luyben",
     "ziegler_nichols",
 ]

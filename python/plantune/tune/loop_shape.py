@@ -66,8 +66,10 @@ def loop_shape(
     (1.14, 0.454)
     >>> loop_shape(plant, w_c=1.0, phase_margin=60.0)
     Traceback (most recent call last):
-    ...
-    plantune.errors.NotIdentifiable: M12: no PI gives 60 degrees at 1 rad/s: there it reaches ...
+    plantune.errors.NotIdentifiable: M12: no PI gives 60 degrees at 1 rad/s: there it reaches from
+    -45 to 45 degrees
+    measured 60, limit 45
+    do: lower w_c, or ask for controller="PID"
     """
     plant: Any = model.model if isinstance(model, Fit) else model
     Ts = getattr(plant, "Ts", None) if Ts is None else Ts

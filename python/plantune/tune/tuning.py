@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from plantune.models import PID
 from plantune.models.base import LinearModel
@@ -47,6 +48,8 @@ class Tuning:
     >>> low < tuning.margins.gain < high
     True
     """
+
+    kind: ClassVar[str] = "tuning"
 
     controller: PID
     rule: str

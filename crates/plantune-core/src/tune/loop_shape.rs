@@ -17,6 +17,7 @@ use super::rules::Terms;
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
 use crate::model::{Model, Pid};
+use crate::note::rounded;
 
 /// `Td / Ti` and `Tf / Td` of the PID.
 const DERIVATIVE: f64 = 0.25;
@@ -101,8 +102,11 @@ fn out_of_reach(wish: f64, w_c: f64, theta: f64, (low, high): (f64, f64), terms:
     Error::new(
         "M12",
         format!(
-            "no {name} gives {wish:.4} degrees at {w_c:.4} rad/s: there it reaches from {least:.4} to \
-             {most:.4} degrees"
+            "no {name} gives {} degrees at {} rad/s: there it reaches from {} to {} degrees",
+            rounded(wish),
+            rounded(w_c),
+            rounded(least),
+            rounded(most),
         ),
     )
     .measured(wish, limit)
