@@ -7,6 +7,7 @@ import pytest
 from pytest import approx
 
 import plantune as pt
+from oracles import delayed
 
 
 def characteristic(K, T, L, Kp, Ki, Kd, delay):
@@ -143,6 +144,27 @@ def test_an_unstable_loop_is_told_where_it_would_be_stable():
     assert found.bounds["Kp"] == approx((0.0, np.pi / 2 * 5.0 / 2.0))
     wrong_sign = pt.tune.stability(model, pt.models.PID(-1.0, Ti=5.0))
     assert not wrong_sign and wrong_sign.bounds["Kp"][0] == approx(0.0)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_a_dead_time_is_judged_as_by_its_characteristic_roots(seed):
+    """Rational plants times e^(-Ls), PI and filtered PID, and the room of Kp."""
+    rng = np.random.default_rng(seed)
+    kind = ("lags", "integrating", "inverse")[seed % 3]
+    T = tuple(10 ** rng.uniform(-1, 1, rng.integers(1, 4)))
+    L, K = 10 ** rng.uniform(-1.5, 1), rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1)
+    Tz = -rng.uniform(0.1, 2) if kind == "inverse" and len(T) > 1 else 0.0
+    model = pt.models.ProcessModel(K, T, L, Tz=Tz, integrating=kind == "integrating")
+    Kp, Ti = rng.uniform(0.1, 3) / K, (sum(T) + L) * 10 ** rng.uniform(-0.7, 1)
+    Td = rng.choice([0.0, 0.2]) * Ti
+    pid = pt.models.PID(Kp, Ti, Td, Tf=0.1 * Td)
+    G = model.transfer()
+    loop = delayed.loop(G.num, G.den, Kp, Ti, Td, 0.1 * Td)
+    ours = pt.tune.stability(model, pid)
+    assert ours.stable == delayed.stable(*loop, L)
+    if ours.stable:
+        low, high = delayed.gain_interval(G.num, G.den, L, Kp, Ti, Td, 0.1 * Td)
+        assert ours.bounds["Kp"] == approx((low, high), rel=1e-6, abs=1e-6 * abs(Kp))
 
 
 def test_what_makes_no_sense_is_refused():

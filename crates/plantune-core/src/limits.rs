@@ -50,7 +50,7 @@ pub struct Limits {
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
     /// Share of the integral gain of the best model that tuning over its uncertainty shall keep.
-    pub T03: f64,
+    pub T04: f64,
     /// Least gain margin, as a factor, over the model's uncertainty.
     pub C07: f64,
     /// Least phase margin there, degrees.
@@ -83,7 +83,7 @@ impl Default for Limits {
             V10: 1.0,
             V11: 2.0,
             X12: 2.0,
-            T03: 0.5,
+            T04: 0.5,
             C07: 2.0,
             C07_phase: 45.0,
         }
@@ -117,7 +117,7 @@ impl Limits {
             ("V10", self.V10),
             ("V11", self.V11),
             ("X12", self.X12),
-            ("T03", self.T03),
+            ("T04", self.T04),
             ("C07", self.C07),
             ("C07_phase", self.C07_phase),
         ]

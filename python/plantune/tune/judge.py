@@ -157,5 +157,5 @@ def _weak(m: Margins, bands: dict[str, tuple[float, float]], limits: Limits) -> 
             + (", or record longer or larger steps" if band else ""),
         )
         for word, unit, own, band, limit in least
-        if (low := band[0] if band else own) < limit
+        if (low := band[0] if band else own) < limit and not 0 < low <= 1 / limit
     )

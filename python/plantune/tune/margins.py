@@ -24,9 +24,10 @@ class Margins:
     stable : bool
         Whether the closed loop is stable; if it is not, the rest says nothing.
     gain, gain_db, w_gain : float
-        Gain margin as a factor and in decibels, phase crossover in rad/s.
+        Gain margin as a factor and in decibels, phase crossover in rad/s.  Of several the one
+        nearest to 1; a factor below 1 says how far the gain may fall.
     phase_deg, w_phase : float
-        Phase margin in degrees, gain crossover in rad/s.
+        Phase margin in degrees, the smallest in size, and its gain crossover in rad/s.
     delay : float
         Delay margin, seconds.
     Ms, Mt : float
@@ -103,7 +104,7 @@ def margins(model: LinearModel, pid: PID) -> Margins:
     Returns
     -------
     Margins
-        The smallest of each kind.
+        Of several crossings the nearest to -1.
 
     Notes
     -----

@@ -75,7 +75,7 @@ def optimal(
     Tuning
         `cost` is the IAE (or, for "both", the mean of the ratios) on the model itself; bands are
         those over the uncertainty.  A note says what the uncertainty costs, and how many more
-        seconds of record would bring it down (T03).
+        seconds of record would bring it down (T04).
 
     Raises
     ------
@@ -117,7 +117,7 @@ def optimal(
     for fit in fits:
         check_fit(fit, limits)
     settings, cost, point, more = _core.optimal_over(
-        [fit.drawn_from for fit in fits], wish, limits.T03
+        [fit.drawn_from for fit in fits], wish, limits.T04
     )
     pid, alone = PID(**settings), PID(**point)
     return judged(
@@ -150,20 +150,20 @@ def _fits(model: LinearModel | Fit | Sequence[Fit]) -> tuple[Fit, ...]:
 
 
 def _dear(kept: float, more: float | None, limits: Limits) -> tuple[Note, ...]:
-    """T03 where the uncertainty costs much of the integral gain."""
-    if kept >= limits.T03:
+    """T04 where the uncertainty costs much of the integral gain."""
+    if kept >= limits.T04:
         return ()
     text = f"the uncertainty leaves {100 * kept:.0f} % of the integral gain that the model allows"
     record = "record longer or with larger steps of the input"
     if more is not None:
-        record = f"{more:.3g} s more of the same kind of record would leave {100 * limits.T03:g} %"
+        record = f"{more:.3g} s more of the same kind of record would leave {100 * limits.T04:g} %"
     return (
         Note(
-            code="T03",
+            code="T04",
             severity="warning",
             text=text,
             measured=kept,
-            limit=limits.T03,
+            limit=limits.T04,
             remedy=record,
         ),
     )

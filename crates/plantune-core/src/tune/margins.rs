@@ -18,12 +18,12 @@ use crate::error::Result;
 use crate::linalg::Complex;
 use crate::model::{Delay, Model, Pid, approximated};
 
-/// Margins; infinite where the loop never crosses.
+/// Margins, of several crossings the one nearest to -1; infinite where the loop never crosses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// Whether the closed loop is stable.
     pub stable: bool,
-    /// Gain margin, factor.
+    /// Gain margin, factor; below 1 where the gain may fall less than rise.
     pub gain: f64,
     /// Gain margin, dB.
     pub gain_db: f64,
@@ -49,6 +49,7 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
     let open = OpenLoop::new(model, pid)?;
     let grid = open.grid();
     let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
+    let [S, T, CS] = open.standstill();
     let mut result = Margins {
         stable: open.is_stable(&grid, &L),
         gain: f64::INFINITY,
@@ -57,9 +58,10 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
         phase_deg: f64::INFINITY,
         w_phase: f64::NAN,
         delay: f64::INFINITY,
-        Ms: peak(&grid, |w, L| sensitivity(w, L).0, &open, &L),
-        Mt: peak(&grid, |w, L| sensitivity(w, L).1, &open, &L),
+        Ms: peak(&grid, |w, L| sensitivity(w, L).0, &open, &L).max(S),
+        Mt: peak(&grid, |w, L| sensitivity(w, L).1, &open, &L).max(T),
         noise_gain: peak(&grid, |w, L| open.controller(w).norm() / (1.0 + L).norm(), &open, &L)
+            .max(CS)
             .max(open.noise_gain_beyond()),
     };
     for k in 0..grid.len() - 1 {
@@ -67,7 +69,7 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
         if crosses_negative_axis(L[k], L[k + 1]) {
             let w = root(a, b, |w| open.at(w).im);
             let at = open.at(w);
-            if at.re < 0.0 && 1.0 / at.norm() < result.gain {
+            if at.re < 0.0 && closer(1.0 / at.norm(), result.gain) {
                 (result.gain, result.w_gain) = (1.0 / at.norm(), w);
             }
         }
@@ -75,7 +77,7 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
             let w = root(a, b, |w| open.at(w).norm().ln());
             let phase = PI + open.at(w).arg(); // in [0, 2 pi]
             let signed = if phase > PI { phase - 2.0 * PI } else { phase };
-            if signed.to_degrees() < result.phase_deg {
+            if signed.to_degrees().abs() < result.phase_deg.abs() {
                 (result.phase_deg, result.w_phase) = (signed.to_degrees(), w);
             }
             result.delay = result.delay.min(phase / w);
@@ -83,11 +85,16 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
     }
     // With a sampled controller the phase reaches -180 degrees at the Nyquist frequency at the latest.
     let last = L[L.len() - 1];
-    if pid.Ts.is_some() && last.re < 0.0 && 1.0 / last.norm() < result.gain {
+    if pid.Ts.is_some() && last.re < 0.0 && closer(1.0 / last.norm(), result.gain) {
         (result.gain, result.w_gain) = (1.0 / last.norm(), grid[grid.len() - 1]);
     }
     result.gain_db = 20.0 * result.gain.log10();
     Ok(result)
+}
+
+/// Whether a gain margin is nearer to 1: one below 1 says how far the gain may fall.
+fn closer(factor: f64, than: f64) -> bool {
+    factor.ln().abs() < than.ln().abs()
 }
 
 /// `|S|` and `|T|`.

@@ -88,6 +88,17 @@ impl OpenLoop {
         self.pid.freqresp(w)
     }
 
+    /// `|S|, |T|, |C S|` at standstill.
+    pub fn standstill(&self) -> [f64; 3] {
+        let gain = self.plant.dc_gain()[0];
+        if self.pid.Ki != 0.0 || !gain.is_finite() {
+            let CS = if self.pid.Ki != 0.0 { 1.0 / gain.abs() } else { 0.0 };
+            return [0.0, 1.0, CS];
+        }
+        let L = self.pid.Kp * gain;
+        [1.0, L, self.pid.Kp].map(|x| x.abs() / (1.0 + L).abs())
+    }
+
     /// `|C S|` where the frequency grows beyond all bounds, the plant letting nothing through.
     pub fn noise_gain_beyond(&self) -> f64 {
         match (self.pid.Ts, self.plant.transfer()) {
