@@ -204,6 +204,19 @@ def default_horizon(model: ProcessModel, pid: PID) -> float:
 def load_horizon(model: ProcessModel, pid: PID) -> float:
     """As `default_horizon`, and until a load has died out, at most 50 times as long."""
 
+def simulate_relay(
+    model: ProcessModel,
+    low: float,
+    high: float,
+    hysteresis: float,
+    Ts: float,
+    r: float,
+    offset: float,
+    rest: int,
+    noise: Floats,
+) -> tuple[Floats, Floats]:
+    """Input and measured output (N,) under a relay, which takes over after `rest` rows."""
+
 # --- findings and fits -------------------------------------------------------------------------
 
 def health(rec: Record, limits: Limits) -> Fields:
