@@ -307,6 +307,12 @@ def chien_hrones_reswick(model: Model, step: str, overshoot: float, controller: 
 def tyreus_luyben(model: Model, controller: str) -> Fields:
     """As `ziegler_nichols`."""
 
+def relay(rec: Record, rest: Interval | None, limits: Limits) -> Fields:
+    """Fields of `RelayTest` but `t u y source Ts`, and first and last of `rows`.
+
+    `rest` is an equilibrium `u0, y0`.
+    """
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 

@@ -9,6 +9,7 @@ from plantune.tune.imc import imc_pi
 from plantune.tune.lambda_ import lambda_
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
+from plantune.tune.relay import RelayTest, relay
 from plantune.tune.simc import simc
 from plantune.tune.simc_plus import simc_plus
 from plantune.tune.tuning import Tuning
@@ -18,6 +19,7 @@ from plantune.tune.ziegler_nichols import ziegler_nichols
 __all__ = [
     "Comparison",
     "Margins",
+    "RelayTest",
     "Row",
     "Sensitivities",
     "Tuning",
@@ -30,6 +32,7 @@ __all__ = [
     "lambda_",
     "margins",
     "refined_ziegler_nichols",
+    "relay",
     "sensitivities",
     "simc",
     "simc_plus",

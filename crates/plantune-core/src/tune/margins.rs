@@ -182,7 +182,7 @@ fn peak(grid: &[f64], L: &[Complex<f64>], f: impl Fn(Complex<f64>) -> f64, open:
 }
 
 /// Where `f` changes sign in `[a, b]`, to the last bit, by bisection.
-fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(super) fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> f64) -> f64 {
     let positive = f(a) > 0.0;
     for _ in 0..100 {
         let middle = 0.5 * (a + b);
