@@ -212,6 +212,19 @@ def default_horizon(model: ProcessModel, pid: PID) -> float:
 def load_horizon(model: ProcessModel, pid: PID) -> float:
     """As `default_horizon`, and until a load has died out, at most 50 times as long."""
 
+def simulate_relay(
+    model: ProcessModel,
+    low: float,
+    high: float,
+    hysteresis: float,
+    Ts: float,
+    r: float,
+    offset: float,
+    rest: int,
+    noise: Floats,
+) -> tuple[Floats, Floats]:
+    """Input and measured output (N,) under a relay, which takes over after `rest` rows."""
+
 # --- findings and fits -------------------------------------------------------------------------
 
 def health(rec: Record, limits: Limits) -> Fields:
@@ -343,6 +356,12 @@ def chien_hrones_reswick(model: Model, step: str, overshoot: float, controller: 
 
 def tyreus_luyben(model: Model, controller: str) -> Fields:
     """As `ziegler_nichols`."""
+
+def relay(rec: Record, rest: Interval | None, limits: Limits) -> Fields:
+    """Fields of `RelayTest` but `t u y source Ts`, and first and last of `rows`.
+
+    `rest` is an equilibrium `u0, y0`.
+    """
 
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""

@@ -1,16 +1,18 @@
 //! Controller settings, margins and their bands.
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
-use plantune_core::Error;
 use plantune_core::model::{Delay, Filter, Model, Pid};
 use plantune_core::tune::{
     self, Answer, Bands, Estimate, Fitted, ImcTarget, Overshoot, Robustness, Step, Terms, Wish,
 };
+use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
+use crate::batch::{FitOut, fit_out};
 use crate::error::Outcome;
 use crate::model::{FilterIn, ModelIn, ModelOut, PidIn, plant};
-use crate::values::{Array, LimitsIn, array};
+use crate::note::{NoteOut, notes};
+use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check_tunable, m)?)?;
@@ -24,6 +26,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(cohen_coon, m)?)?;
     m.add_function(wrap_pyfunction!(chien_hrones_reswick, m)?)?;
     m.add_function(wrap_pyfunction!(tyreus_luyben, m)?)?;
+    m.add_function(wrap_pyfunction!(relay, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
@@ -142,6 +145,55 @@ fn chien_hrones_reswick(
 #[pyfunction]
 fn tyreus_luyben(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
     Ok((tune::tyreus_luyben(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+}
+
+/// The dict behind `plantune.tune.RelayTest(**d)`.
+#[derive(IntoPyObject)]
+struct RelayOut<'py> {
+    model: ModelOut,
+    sd: Array<'py>,
+    offset: f64,
+    known: &'static str,
+    fit: Option<FitOut<'py>>,
+    Ku: f64,
+    Tu: f64,
+    t_on: f64,
+    t_off: f64,
+    periods: usize,
+    rows: (usize, usize),
+    yhat: Array<'py>,
+    thresholds: (f64, f64),
+    levels: (f64, f64),
+    notes: Vec<NoteOut>,
+}
+
+#[pyfunction]
+fn relay<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    rest: Option<(f64, f64)>,
+    limits: LimitsIn,
+) -> Outcome<RelayOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let test = py.detach(|| tune::relay(&record, rest, &limits))?;
+    Ok(RelayOut {
+        model: Model::from(test.model).into(),
+        sd: array(py, test.sd.to_vec()),
+        offset: test.offset,
+        known: test.known.as_str(),
+        fit: test.fit.map(|fit| fit_out(py, fit, record.row_ranges())).transpose()?,
+        Ku: test.ultimate.0,
+        Tu: test.ultimate.1,
+        t_on: test.t_on,
+        t_off: test.t_off,
+        periods: test.periods,
+        rows: (test.rows.start, test.rows.end),
+        yhat: array(py, test.yhat),
+        thresholds: test.thresholds,
+        levels: test.levels,
+        notes: notes(&test.notes),
+    })
 }
 
 /// The dict behind `plantune.tune.Margins(**d)`.

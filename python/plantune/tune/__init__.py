@@ -13,6 +13,7 @@ from plantune.tune.loop_transfers import LoopTransfers, loop_transfers
 from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.optimal import optimal
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
+from plantune.tune.relay import RelayTest, relay
 from plantune.tune.simc import simc
 from plantune.tune.simc_plus import simc_plus
 from plantune.tune.stability import Stability, stability
@@ -24,6 +25,7 @@ __all__ = [
     "Comparison",
     "LoopTransfers",
     "Margins",
+    "RelayTest",
     "Row",
     "Sensitivities",
     "Stability",
@@ -41,6 +43,7 @@ __all__ = [
     "margins",
     "optimal",
     "refined_ziegler_nichols",
+    "relay",
     "save_tuning",
     "sensitivities",
     "simc",

@@ -9,6 +9,7 @@ mod margins;
 mod open_loop;
 mod optimise;
 mod posterior;
+mod relay;
 mod room;
 mod rules;
 mod stability;
@@ -22,6 +23,7 @@ pub use loop_shape::loop_shape;
 pub use margins::{Margins, Sensitivities, margins, sensitivities};
 pub use optimise::{Answer, Optimum, Wish, iae, optimise};
 pub use posterior::{Posterior, posterior, seconds};
+pub use relay::{Known, RelayTest, relay};
 pub use room::Robustness;
 pub use rules::{
     ImcTarget, Overshoot, Step, Terms, amigo, chien_hrones_reswick, cohen_coon, imc_pi, lambda,
