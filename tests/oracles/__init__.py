@@ -4,4 +4,11 @@ Nothing here imports plantune.  Each module takes another way than the core:
 `lsq` holds the whole regressor, `fopdt` adds up step responses, `loop` expands the
 closed loop in Taylor series from one delay to the next, `resid` sums products,
 `pem` differentiates scipy's filters and leaves the search to MINPACK.
+
+For tuning and simulation: `rational` multiplies polynomials and takes their roots,
+`delayed` counts roots that cross the axis as the delay grows, `peaks` finds Ms, Mt and
+margins as roots in mpmath, `imc` holds the formulas of source 001, 3.6, `sampled_loop`
+walks a sampled PID through every sample, `relay` goes from switch to switch in closed
+form, `shaping` solves for one point of the frequency response and states rules,
+`optimum` searches the best PI on a grid.
 """

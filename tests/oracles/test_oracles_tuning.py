@@ -7,7 +7,7 @@ import pytest
 from pytest import approx
 from scipy import interpolate, optimize, signal, special
 
-from oracles import delayed, imc, loop, peaks, rational
+from oracles import delayed, fopdt, imc, loop, optimum, peaks, rational, relay, shaping
 from oracles import sampled_loop as sl
 from oracles.sampled_loop import Pid
 
@@ -632,3 +632,214 @@ def test_a_loop_at_rest_stays_at_rest():
         pid = Pid(0.3, 1.0, 0.2, 0.1, b=0.5, c=1.0, filter=filter)
         run = sl.run(plant, pid, 0.1, np.full(30, 16.0), r_before=16.0, u_before=3.0)
         assert run.y == approx(16.0, abs=1e-12) and run.u == approx(3.0, abs=1e-12)
+
+
+# -- relay -----------------------------------------------------------------------------
+
+RELAYS = [
+    dict(K=2.0, T=1.5, L=0.4, d1=1.0, d2=0.6, h=0.1),
+    dict(K=-5.939, T=0.1491, L=0.1, d1=0.3, d2=0.5, h=0.2),
+    dict(K=1.0, T=1.0, L=5.0, d1=1.0, d2=0.4, h=0.0),
+    dict(K=1.0, T=50.0, L=1.0, d1=2.0, d2=1.0, h=0.01),
+]
+
+
+@pytest.mark.parametrize("case", RELAYS)
+def test_the_relay_settles_to_the_closed_form(case):
+    t_on, t_off = relay.times(**case)
+    run = relay.Experiment(**case, t_end=60 * (t_on + t_off), bias=3.0, y_ref=7.0)
+    on, off = run.cycles()
+    assert (on[-1], off[-1]) == approx((t_on, t_off), rel=1e-6)  # slowest plant: not yet settled
+    assert min(t_on, t_off) > case["L"]
+    # one whole period late in the run: mean and extremes
+    start = [t for t, level in run.switches if level > 0][-3]
+    t = np.linspace(start, start + t_on + t_off, 4001)
+    y = run.y(t) - 7.0
+    mean = np.sum((y[1:] + y[:-1]) / 2) / 4000
+    assert mean == approx(relay.mean(**case), rel=1e-4, abs=1e-5)
+    assert relay.gain(t_on, t_off, relay.mean(**case), case["d1"], case["d2"]) == approx(case["K"])
+    assert (y.min(), y.max()) == approx(relay.extremes(**case), rel=1e-3)
+
+
+@pytest.mark.parametrize("case", RELAYS)
+def test_the_times_of_a_cycle_give_back_the_plant(case):
+    levels = {k: case[k] for k in ("d1", "d2", "h")}
+    T, L = relay.invert(*relay.times(**case), case["K"], **levels)
+    assert (T, L) == approx((case["T"], case["L"]), rel=1e-7)
+
+
+def test_the_relay_record_is_the_plants_response():
+    case = RELAYS[0]
+    run = relay.Experiment(**case, t_end=20.0, bias=3.0, y_ref=7.0)
+    rec = run.record(0.01)
+    # superposition of the mean inputs of each sample, first order in the sample's length
+    y = 7.0 + fopdt.simulate(rec.share - 3.0, 2.0, 1.5, 0.4, 0.01)
+    assert rec.y == approx(y, abs=2 * 1.6 * 0.01 / 1.5 / 4)
+    assert set(np.round(rec.u, 12)) == {4.0, 2.4}
+
+
+def test_a_sampled_relay_tends_to_the_continuous_one():
+    case = RELAYS[0]
+    rec = relay.sampled(**case, Ts=0.002, N=20_000, bias=3.0, y_ref=7.0)
+    moves = rec.t[1:][np.diff(rec.u) != 0]
+    gaps = np.diff(moves)[-8:]
+    assert sorted(gaps)[:4] == approx(4 * [min(relay.times(**case))], abs=0.005)
+    assert sorted(gaps)[4:] == approx(4 * [max(relay.times(**case))], abs=0.005)
+    assert rec.y == approx(7 + fopdt.simulate(rec.u - 3, 2.0, 1.5, 0.4, 0.002), abs=1e-9)
+
+
+# -- loop shaping and rules ------------------------------------------------------------
+
+
+def test_loop_shaping_gives_the_published_pi():
+    def G(s):
+        return 1 / (s + 1) ** 3
+
+    Kp, Ki = shaping.pi(G, 0.5205, np.radians(60.0))
+    assert Kp == approx(1.14, abs=5e-3) and Ki == approx(0.454, abs=5e-4)
+    Kp, Ki = shaping.pi(G, 1.0, np.radians(43.997))
+    assert (Kp, Ki) == approx((2.83, 0.0495), abs=5e-3) and Ki == approx(0.0495, abs=5e-5)
+    assert shaping.pi(G, 1.0, np.radians(60.0)) is None
+    assert np.degrees(shaping.pi_phase_margin_limit(G, 1.0)) == approx(45)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("phase", [35.0, 60.0, 75.0])
+def test_shaped_loops_have_the_crossover_and_margin(sign, phase):
+    def G(s):
+        return sign * 2 * np.exp(-0.3 * s) / ((2 * s + 1) * (0.5 * s + 1))
+
+    def y2(s):
+        return 1 / (1 + 0.05 * s + (0.05 * s) ** 2 / 2)
+
+    w, phi = 0.9, np.radians(phase)
+    Kp, Ti, Td = shaping.pid(G, w, phi, 0.2, y2)
+    assert Td == approx(0.2 * Ti) and np.sign(Kp) == sign
+    s = 1j * w
+    CG = Kp * (1 + 1 / (Ti * s) + Td * s) * y2(s) * G(s)
+    assert abs(CG) == approx(1) and np.angle(-CG) == approx(phi)
+    assert np.abs(shaping.pid_by_search(G, w, phi, 0.2, y2)) == approx(np.abs((Kp, Ti, Td)))
+    found = shaping.pi(G, w, phi)
+    assert (found is None) == (phi >= shaping.pi_phase_margin_limit(G, w, sign))
+    if found:
+        CG = (found[0] + found[1] / s) * G(s)
+        assert abs(CG) == approx(1) and np.angle(-CG) == approx(phi)
+
+
+def test_integrating_rules_are_limits_of_the_self_regulating_ones():
+    K, L, T = 0.7, 1.3, 1e7
+    assert shaping.amigo_pi(K * T, T, L) == approx(shaping.amigo_pi_integrating(K, L), rel=4e-3)
+    assert shaping.amigo_pid(K * T, T, L) == approx(shaping.amigo_pid_integrating(K, L), rel=1e-5)
+    Ku, Pu = shaping.ultimate_integrating(K, L)
+    assert delayed.gain_interval([K], [1.0, 0.0], L, 0.1)[1] == approx(Ku)
+    Kp, Ti = shaping.tyreus_luyben(Ku, Pu)
+    assert (Kp * K * L, Ti / L) == approx((0.488, 8.8), abs=5e-4)
+
+
+def test_lambda_on_an_integrator_puts_two_poles_at_lambda():
+    K, L, lam = 0.7, 1.3, 2.0
+    Kp, Ti = shaping.lambda_pi_integrating(K, L, lam)
+    # s Ti s + K Kp (Ti s + 1)(1 - L s)
+    den = np.polyadd([Ti, 0, 0], K * Kp * np.polymul([Ti, 1], [-L, 1]))
+    assert den / den[-1] == approx([lam**2, 2 * lam, 1])
+
+
+def test_simc_on_an_integrator_has_the_printed_margins():
+    Kp, Ti = shaping.simc_integrating(1.0, 1.0, 1.0)
+    assert (Kp, Ti) == (0.5, 8.0)
+    w = optimize.brentq(lambda w: abs(Kp * (1 + 1 / (8j * w)) / w) - 1, 0.1, 2)
+    phase = np.pi + np.angle(1 + 1 / (8j * w)) - np.pi / 2 - w
+    assert np.degrees(phase) == approx(46.9, abs=0.05)  # Skogestad 2003, table 1
+    gain = delayed.gain_interval([1.0], [1.0, 0.0], 1.0, Kp, Ti)[1] / Kp
+    assert gain == approx(2.96, abs=5e-3)
+
+
+def test_the_half_rule_gives_the_printed_models():
+    """Skogestad 2003, an inverse response over seven lags, one zero at -1/0.08.
+
+    There (0.08 s + 1)/(0.2 s + 1) is taken as 1/(0.12 s + 1) first.
+    """
+    T = [2, 1, 0.4, 0.12, 0.05, 0.05, 0.05]
+    (T1,), L = shaping.half_rule(T, Tz_inverse=[0.3])
+    assert (T1, L) == approx((2.5, 1.47))
+    (T1, T2), L = shaping.half_rule(T, Tz_inverse=[0.3], order=2)
+    assert (T1, T2, L) == approx((2.0, 1.2, 0.77))
+    # E1: 1/((s + 1)(0.2 s + 1)) as first order, tau_c = L: Kp = 5.5, Ti = 0.8
+    (T1,), L = shaping.half_rule([1.0, 0.2])
+    assert (T1 / (2 * L), min(T1, 8 * L)) == approx((5.5, 0.8))
+
+
+def test_second_order_simc_cancels_the_second_lag():
+    K, T1, T2, L = 3.0, 5.0, 2.0, 1.0
+    Kp, Ti, Td = shaping.simc_second(K, T1, T2, L, L)
+    for s in (0.3j, 1.7j):
+        series = T1 / (2 * K * L) * (1 + 1 / (5 * s)) * (1 + T2 * s)
+        assert Kp * (1 + 1 / (Ti * s) + Td * s) == approx(series)
+    # (T1, T2) may come in either order; a slow lag gets Ti = 8 L
+    assert shaping.simc_second(K, T2, T1, L, L) == (Kp, Ti, Td)
+    Kp, Ti, Td = shaping.simc_integrating_lag(1.0, 2.0, 1.0, 1.0)
+    assert (Kp, Ti, Td) == approx((0.5 * 1.25, 10.0, 1.6))
+
+
+# -- the best PI -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["load", "setpoint"])
+@pytest.mark.parametrize("T, Kp, Ti", [(1.491, 0.72, 1.42), (0.2, 0.3, 0.4), (5.0, 3.5, 2.5)])
+def test_iae_equals_the_other_method_of_steps(T, Kp, Ti, kind):
+    r = 1.0 if kind == "setpoint" else 0.0
+    run = loop.Continuous(1.0, T, 1.0, Kp, Ti, t_end=60, r=r, d=1 - r)
+    ref = run.integral(lambda t: np.abs(r - run.y(t)), run._cuts(lambda t: r - run.y(t)))
+    assert optimum.iae(T, Kp, Ti, kind, t_end=60)[0] == approx(ref, rel=1e-11)
+    assert optimum.Ms(T, Kp, Ti) == approx(loop.margins(1.0, T, 1.0, Kp, Ti).Ms, rel=1e-9)
+
+
+def test_iae_without_overshoot_is_the_integral_time_over_the_gain():
+    assert optimum.iae(1.491, 0.2, 1.6)[0] == approx(8.0, rel=1e-7)
+    # IMC-PI at gain margin 3
+    k = np.pi / 6
+    assert optimum.iae(3.0, 3 * k, 3.0, "setpoint", t_end=60)[0] == approx(2.1378556, abs=5e-8)
+
+
+def test_an_unstable_loop_has_no_finite_ms():
+    assert optimum.Ms(1.0, 4.0, 1.0) == np.inf and np.isfinite(optimum.Ms(1.0, 1.2, 1.0))
+
+
+def test_the_engine_loop_has_the_known_optimum():
+    """METHODS 3.1: Kc = .1213, Ki = .855, IAE 1.17 at Ms = 1.59."""
+    row = optimum.row("load", 0.1 / 0.1491, 1.59)
+    Kp, Ti, value = optimum.scaled(row, 5.939, 0.1491, 0.1)
+    assert (Kp, Kp / Ti, value) == approx((0.1213, 0.855, 1.17), rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        pytest.param(
+            r, marks=[] if r.M == 1.59 else pytest.mark.slow, id=f"{r.kind}-{r.ratio:.2g}-{r.M}"
+        )
+        for r in optimum.ROWS
+    ],
+)
+def test_the_table_holds_optima(row):
+    T = 1 / row.ratio
+
+    def value(Kp, Ti):
+        return optimum.iae(T, Kp, Ti, row.kind)[0]
+
+    assert optimum.Ms(T, row.Kp, row.Ti) <= row.M * (1 + 1e-6)
+    assert delayed.stable(*delayed.loop([1.0], [T, 1.0], row.Kp, row.Ti), 1.0)
+    assert value(row.Kp, row.Ti) == approx(row.iae, rel=1e-6)
+    for Ti in (0.97 * row.Ti, 1.03 * row.Ti):
+        top = optimum.largest_gain(T, Ti, row.M)
+        gains = top if row.active else min(row.Kp, top)
+        assert value(gains, Ti) >= row.iae * (1 - 1e-6)
+    lower = value(0.98 * row.Kp, row.Ti)
+    assert lower >= row.iae * (1 - 1e-6)
+
+
+@pytest.mark.slow
+def test_the_search_returns_a_row():
+    found, row = optimum.search(2.0, 1.59, n=12), optimum.row("load", 0.5, 1.59)
+    assert found.iae == approx(row.iae, rel=1e-6)
+    assert (found.Kp, found.Ti) == approx((row.Kp, row.Ti), rel=1e-3)
