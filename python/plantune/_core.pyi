@@ -385,6 +385,11 @@ def optimal_over(
     So much more record would leave the share `dear` of the integral gain of the best model.
     """
 
+def robustness(
+    model: Model, pid: PID, changes: Sequence[float], fits: Sequence[Drawn], count: int
+) -> tuple[list[Interval], list[Interval]]:
+    """Stable gain factors at each change of the dead time; gain and delay of each drawn model."""
+
 def cloud(fits: Sequence[Drawn], count: int) -> list[Fields]:
     """Return fields of models, the most probable first, then `count` draws."""
 

@@ -34,6 +34,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(optimal, m)?)?;
     m.add_function(wrap_pyfunction!(optimal_over, m)?)?;
     m.add_function(wrap_pyfunction!(cloud, m)?)?;
+    m.add_function(wrap_pyfunction!(robustness, m)?)?;
     m.add_function(wrap_pyfunction!(stability, m)?)?;
     m.add_function(wrap_pyfunction!(loop_transfers, m)?)?;
     m.add_function(wrap_pyfunction!(phase_deg, m)?)?;
@@ -327,6 +328,24 @@ fn optimal_over(
     let found = py.detach(|| tune::posterior(&fits, &wish, dear))?;
     let seconds = found.more.and_then(|more| tune::seconds(&fits, more));
     Ok((found.set.pid.into(), found.set.cost, found.point.pid.into(), seconds))
+}
+
+/// Stable gain factors at each change of the dead time, then gain and delay of each drawn model beside the plant.
+#[pyfunction]
+#[allow(clippy::type_complexity)] // two lists of pairs
+fn robustness(
+    py: Python<'_>,
+    model: ModelIn,
+    pid: PidIn,
+    changes: Vec<f64>,
+    fits: Vec<FitIn<'_>>,
+    count: usize,
+) -> Outcome<(Vec<(f64, f64)>, Vec<(f64, f64)>)> {
+    let (fits, pid) = (fitted(fits)?, pid.into());
+    Ok(py.detach(|| {
+        let others = if fits.is_empty() { Vec::new() } else { tune::cloud(&fits, count)?.split_off(1) };
+        Ok::<_, Error>((tune::border(&model.0, &pid, &changes)?, tune::departures(&model.0, &pid, &others)?))
+    })?)
 }
 
 /// The models that the fits leave open, the most probable first.

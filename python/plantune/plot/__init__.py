@@ -8,6 +8,7 @@ from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.relay import relay
 from plantune.plot.residuals import residuals
+from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
 from plantune.plot.step import step
 
@@ -20,6 +21,7 @@ __all__ = [
     "record",
     "relay",
     "residuals",
+    "robustness",
     "rules",
     "step",
 ]

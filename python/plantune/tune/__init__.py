@@ -14,6 +14,7 @@ from plantune.tune.margins import Margins, Sensitivities, margins, sensitivities
 from plantune.tune.optimal import optimal
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.relay import RelayTest, relay
+from plantune.tune.robustness import Robustness, robustness
 from plantune.tune.simc import simc
 from plantune.tune.simc_plus import simc_plus
 from plantune.tune.stability import Stability, stability
@@ -26,6 +27,7 @@ __all__ = [
     "LoopTransfers",
     "Margins",
     "RelayTest",
+    "Robustness",
     "Row",
     "Sensitivities",
     "Stability",
@@ -44,6 +46,7 @@ __all__ = [
     "optimal",
     "refined_ziegler_nichols",
     "relay",
+    "robustness",
     "save_tuning",
     "sensitivities",
     "simc",

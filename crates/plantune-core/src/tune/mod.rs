@@ -1,6 +1,7 @@
 //! From a model to controller settings, their margins, and how the loop behaves.
 
 mod bands;
+mod border;
 mod closed_loop;
 mod cloud;
 mod indices;
@@ -16,6 +17,7 @@ mod stability;
 mod tunable;
 
 pub use bands::{Bands, bode_band, margin_bands, phase_deg, step_band};
+pub use border::{border, departures};
 pub use closed_loop::{ClosedLoopTransfers, closed_loop_transfers};
 pub use cloud::{Fitted, cloud};
 pub use indices::{Indices, indices};

@@ -54,6 +54,12 @@ pub fn stability(model: &Model, pid: &Pid, delay: Delay) -> Result<Stability> {
     Ok(Stability { stable, bounds: [bound(Setting::Kp)?, bound(Setting::Ki)?, bound(Setting::Kd)?] })
 }
 
+/// The stable interval of one setting alone.
+pub fn bounds_of(model: &Model, pid: &Pid, setting: Setting) -> Result<(f64, f64)> {
+    let open = OpenLoop::new(model, pid)?;
+    bounds(model, pid, setting, &open.grid(), open.closes())
+}
+
 /// The interval of one setting.
 fn bounds(model: &Model, pid: &Pid, setting: Setting, grid: &[f64], stable: bool) -> Result<(f64, f64)> {
     let now = match setting {
