@@ -41,7 +41,8 @@ def robustness(seen: Robustness) -> go.Figure:
         + (f"; {cloud} models that the data leave open" if cloud else ""),
         [430],
     )
-    top = min(_MOST, 1.25 * float(np.nanmax(np.append(seen.high[np.isfinite(seen.high)], 1.0))))
+    gain = tuning.margins.gain
+    top = max(2.0, min(_MOST, 2.0 * gain)) if np.isfinite(gain) else _MOST
     high = np.minimum(np.where(np.isnan(seen.high), 0.0, seen.high), top)
     border = {"color": SECOND, "width": 2.2}
     fig.add_trace(

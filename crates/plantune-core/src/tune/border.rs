@@ -16,12 +16,18 @@ use crate::model::{Model, Pid, ProcessModel, TransferFunction};
 /// The stable gain factors around 1, low and high, at each change of the dead time, s; NaN where there are
 /// none.
 pub fn border(model: &Model, pid: &Pid, changes: &[f64]) -> Result<Vec<(f64, f64)>> {
-    let of = |change: &f64| {
-        let (a, b) = bounds_of(&with_delay(model, *change)?, pid, Setting::Kp)?;
-        let (a, b) = (a / pid.Kp, b / pid.Kp);
-        Ok((a.min(b), a.max(b)))
+    // A gain that was well inside for one change is so for the next: the loop itself may lie on the border.
+    let mut inside = 1.0;
+    let mut of = |change: &f64| {
+        let scaled = Pid { Kp: inside * pid.Kp, Ki: inside * pid.Ki, ..*pid };
+        let (a, b) = bounds_of(&with_delay(model, *change)?, &scaled, Setting::Kp)?;
+        let (low, high) = ((a / pid.Kp).min(b / pid.Kp), (a / pid.Kp).max(b / pid.Kp));
+        if low.is_finite() && high.is_finite() {
+            inside = 0.6 * low + 0.4 * high;
+        }
+        Ok((low, high))
     };
-    changes.iter().map(of).collect()
+    changes.iter().map(&mut of).collect()
 }
 
 /// Gain factor and change of the dead time that each model is beside `model`, at the gain crossover.
