@@ -164,6 +164,9 @@ def dc_gain(model: Model) -> list[float]:
 def resonance(model: Model, input: int) -> tuple[float, float] | None:
     """Frequency in rad/s and damping of the poorly damped poles that ring most."""
 
+def horizon(model: Model) -> float:
+    """Seconds until a step response is seen whole."""
+
 def pid_transfer(pid: PID) -> tuple[list[float], list[float]]:
     """Numerator and denominator from the error, descending powers of s, or of z if sampled."""
 

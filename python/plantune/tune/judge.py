@@ -114,10 +114,11 @@ def _plant(
         )
     if isinstance(model, Fit):
         check_fit(model, limits)
-    return _with_delay(plant, delay_at_least)
+    return with_delay(plant, delay_at_least)
 
 
-def _with_delay(plant: ProcessModel, least: float) -> tuple[ProcessModel, tuple[Note, ...]]:
+def with_delay(plant: ProcessModel, least: float) -> tuple[ProcessModel, tuple[Note, ...]]:
+    """Return the plant with at least so much dead time, and T01 where that changes it."""
     if plant.L >= least:
         return plant, ()
     note = Note(

@@ -131,16 +131,23 @@ impl OpenLoop {
         grid
     }
 
-    /// Frequencies from `low` to `high`, as close.
-    pub fn between(&self, low: f64, high: f64) -> Vec<f64> {
+    /// Frequencies from `low` to `high`, as close; from `turns` on, where the dead time has turned the phase
+    /// so far, as close as the rest of the loop asks for.
+    pub fn between(&self, low: f64, high: f64, turns: f64) -> Vec<f64> {
         let high = self.sampled.map_or(high, |Ts| high.min(PI / Ts));
         let mut grid = vec![low];
         let mut w = low;
         while w < high && grid.len() < MOST {
-            w = (w + (STEP / self.rate(w)).max(SMALLEST * w)).min(high);
+            let rate = if w < turns { self.rate(w) } else { (self.rate(w) - self.delay).max(1.0 / w) };
+            w = (w + (STEP / rate).max(SMALLEST * w)).min(high);
             grid.push(w);
         }
         grid
+    }
+
+    /// Dead time, s.
+    pub fn delay(&self) -> f64 {
+        self.delay
     }
 
     /// Whether the closed loop is stable.
