@@ -265,14 +265,15 @@ impl<'m> Search<'m> {
             let held = self.held(&scaled(&found.pid, k))?;
             Ok((held >= self.wish.share - 1e-12).then_some(held))
         };
-        let close = if self.models.len() > 1 { 1e-3 } else { 1e-5 };
+        // Over many models a step of half a percent is close enough.
+        let (step, close) = if self.models.len() > 1 { (0.995, 1.0) } else { (0.99, 1e-5) };
         let (mut k, mut kept, mut high) = (1.0, enough(1.0)?, 1.0);
         while kept.is_none() {
             if k < 0.8 {
                 return Err(self.impossible());
             }
             high = k;
-            k *= 0.99;
+            k *= step;
             kept = enough(k)?;
         }
         while high - k > close {
