@@ -18,7 +18,7 @@ use crate::model::{Model, Pid, c2d, weighted};
 use crate::poly::{is_hurwitz, is_stable, product, roots};
 
 /// Most that `ln L` changes from one frequency of the grid to the next.
-const STEP: f64 = 0.05;
+pub const STEP: f64 = 0.05;
 
 /// Most frequencies of a grid.
 const MOST: usize = 100_000;
@@ -241,10 +241,10 @@ impl OpenLoop {
     /// Bound of `|d ln L / d w|`, s.
     fn rate(&self, w: f64) -> f64 {
         let s = Complex::new(0.0, w);
-        let in_s: f64 = self.in_s.iter().map(|r| 1.0 / (s - r).norm()).sum();
+        let in_s: f64 = self.in_s.iter().map(|r| 1.0 / (s - r).norm_sqr().sqrt()).sum();
         let in_z = self.sampled.map_or(0.0, |Ts| {
             let z = Complex::from_polar(1.0, w * Ts);
-            self.in_z.iter().map(|r| Ts / (z - r).norm()).sum()
+            self.in_z.iter().map(|r| Ts / (z - r).norm_sqr().sqrt()).sum()
         });
         in_s + in_z + self.delay + 1e-3 / w
     }
