@@ -36,8 +36,9 @@ fn plants(count: usize, seed: u64) {
             Ts: None,
             share: 1.0,
         };
-        let found = optimise(std::slice::from_ref(&model), &wish)
-            .unwrap_or_else(|error| panic!("case {case}: {error} on {model:?} {wish:?}"));
+        let found = optimise(std::slice::from_ref(&model), &wish);
+        assert!(found.is_ok(), "case {case}: {found:?} on {model:?} {wish:?}");
+        let found = found.expect("checked");
         let m = margins(&model, &found.pid).expect("margins");
         assert!(m.stable && m.Ms <= Ms && m.Mt <= Mt, "case {case}: {m:?} {found:?} on {model:?}");
         assert!(found.cost.is_finite() && found.cost > 0.0, "case {case}: {found:?}");

@@ -13,10 +13,10 @@ from plantune.cli.output import print_json, whole_folder
 from plantune.cli.summary import rules_table, shown_note
 from plantune.errors import refusal
 from plantune.io import load_model, to_json, write_json
-from plantune.models.base import LinearModel
+from plantune.models import ProcessModel, TransferFunction
 from plantune.notes import Limits
 from plantune.tune import Comparison, compare, imc_pi, optimal, save_tuning
-from plantune.tune.compare import DEFAULT_RULES
+from plantune.tune.compare import DEFAULT_RULES, Rule
 
 
 def tune_model(
@@ -24,11 +24,13 @@ def tune_model(
 ) -> tuple[Comparison, Path]:
     """Compare the rules on the model of a file; write the page, the comparison and the first."""
     model = load_model(file)
-    if not isinstance(model, LinearModel):
+    if not isinstance(model, ProcessModel | TransferFunction):
         raise refusal(
-            "U01", f"{file} holds a controller, must hold a model", remedy="give a model.json"
+            "U01",
+            f"{file} holds a {type(model).__name__}, must hold a ProcessModel or TransferFunction",
+            remedy="give the model.json of a process model; tune.optimal takes polynomial ones",
         )
-    rules = [
+    rules: list[Rule] = [
         partial(imc_pi, gain_margin=gain_margin),
         *DEFAULT_RULES[1:],
         partial(optimal, Ms=Ms),

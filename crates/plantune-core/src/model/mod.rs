@@ -61,6 +61,18 @@ impl From<Fopdt> for Model {
     }
 }
 
+impl From<ProcessModel> for Model {
+    fn from(plant: ProcessModel) -> Self {
+        Model::Process(plant)
+    }
+}
+
+impl From<TransferFunction> for Model {
+    fn from(plant: TransferFunction) -> Self {
+        Model::Transfer(plant)
+    }
+}
+
 impl Model {
     /// Number of inputs.
     pub fn nu(&self) -> usize {

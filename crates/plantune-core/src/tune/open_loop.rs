@@ -108,7 +108,7 @@ impl OpenLoop {
     }
 
     /// Frequencies so close that `L` changes by a twentieth of itself at most, from where it stands still
-    /// or an integrator alone rules, until it has died out or to the Nyquist frequency.
+    /// or an integrator alone rules, until it has died out, or only turns, or to the Nyquist frequency.
     pub fn grid(&self) -> Vec<f64> {
         let (slowest, fastest) = self.span();
         let highest = self.sampled.map_or(f64::INFINITY, |Ts| PI / Ts);
