@@ -7,8 +7,8 @@
 
 `inspect` lists what is wrong with a file before that.
 Stages, in the order of the work: `prep analyze estimate validate tune simulate`; `job` runs them
-all, `report` and `plot` show the result, `datasets` brings records to try.  Stages load when first
-used.
+all, `report` and `plot` show the result, `export` takes it to a controller, `recursive` learns
+sample by sample, `datasets` brings records to try.  Stages load when first used.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ if TYPE_CHECKING:
     from plantune import analyze as analyze
     from plantune import datasets as datasets
     from plantune import estimate as estimate
+    from plantune import export as export
     from plantune import job as job
     from plantune import models as models
     from plantune import plot as plot
     from plantune import prep as prep
+    from plantune import recursive as recursive
     from plantune import report as report
     from plantune import simulate as simulate
     from plantune import tune as tune
@@ -66,10 +68,12 @@ _HOME: dict[str, str | None] = {
     "prep": None,
     "analyze": None,
     "estimate": None,
+    "recursive": None,
     "validate": None,
     "tune": None,
     "simulate": None,
     "job": None,
+    "export": None,
     "plot": None,
     "report": None,
 }

@@ -15,6 +15,7 @@ from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
 from plantune.notes import Limits
 from plantune.record import Record
+from plantune.tune.optimal import Wish
 from plantune.validate import Verdict
 
 __version__: str
@@ -25,6 +26,7 @@ Band: TypeAlias = tuple[Floats, Floats]
 Interval: TypeAlias = tuple[float, float]
 Fields: TypeAlias = dict[str, Any]
 Model: TypeAlias = LinearModel | None  # of a fit; None is refused (U01)
+Drawn: TypeAlias = tuple[Model, Floats, int, float, float | None]  # `Fit.drawn_from`
 
 # --- records, limits ---------------------------------------------------------------------------
 
@@ -153,11 +155,20 @@ def poles(model: Model) -> Complexes:
     """In z for sampled models, in 1/s for process models."""
 
 def zeros(model: Model, input: int) -> Complexes: ...
+def pulse_transfer(model: PolyModel, input: int) -> tuple[list[float], list[float]]:
+    """Numerator and denominator in descending powers of z, delay included."""
+
 def dc_gain(model: Model) -> list[float]:
     """One per input; infinite for an integrator."""
 
 def resonance(model: Model, input: int) -> tuple[float, float] | None:
     """Frequency in rad/s and damping of the poorly damped poles that ring most."""
+
+def horizon(model: Model) -> float:
+    """Seconds until a step response is seen whole."""
+
+def pid_transfer(pid: PID) -> tuple[list[float], list[float]]:
+    """Numerator and denominator from the error, descending powers of s, or of z if sampled."""
 
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""
@@ -204,6 +215,19 @@ def default_horizon(model: ProcessModel, pid: PID) -> float:
 def load_horizon(model: ProcessModel, pid: PID) -> float:
     """As `default_horizon`, and until a load has died out, at most 50 times as long."""
 
+def simulate_relay(
+    model: ProcessModel,
+    low: float,
+    high: float,
+    hysteresis: float,
+    Ts: float,
+    r: float,
+    offset: float,
+    rest: int,
+    noise: Floats,
+) -> tuple[Floats, Floats]:
+    """Input and measured output (N,) under a relay, which takes over after `rest` rows."""
+
 # --- findings and fits -------------------------------------------------------------------------
 
 def health(rec: Record, limits: Limits) -> Fields:
@@ -235,6 +259,48 @@ def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields
 
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
+
+# --- estimators that learn one sample at a time -------------------------------------------------
+
+class RLS:
+    """Recursive least squares with exponential forgetting."""
+
+    def __init__(
+        self,
+        n: int,
+        lam: float = 1.0,
+        P0: float | Sequence[Sequence[float]] | Floats = 1e6,
+        theta0: Sequence[float] | Floats | None = None,
+    ) -> None: ...
+    def update(self, phi: Sequence[float] | Floats, y: float) -> float:
+        """Learn one sample and return the prior prediction error."""
+
+    def run(self, phi: Sequence[Sequence[float]] | Floats, y: Sequence[float] | Floats) -> Floats:
+        """Learn samples (N, n) and (N,): `update` in a loop, to the last bit."""
+
+    @property
+    def theta(self) -> Floats:
+        """Parameters (n,)."""
+
+    @property
+    def P(self) -> Floats:
+        """Their covariance (n, n) in units of the noise variance, exactly symmetric."""
+
+    @property
+    def factors(self) -> tuple[Floats, Floats]:
+        """`U` (n, n) and `D` (n,) of `P = U diag(D) U'`."""
+
+    @property
+    def D_most(self) -> float:
+        """The most that forgetting may make of an entry of `D`."""
+
+    @property
+    def n(self) -> int:
+        """Number of parameters."""
+
+    @property
+    def lam(self) -> float:
+        """Forgetting factor."""
 
 # --- judgement ---------------------------------------------------------------------------------
 
@@ -318,14 +384,50 @@ def chien_hrones_reswick(model: Model, step: str, overshoot: float, controller: 
 def tyreus_luyben(model: Model, controller: str) -> Fields:
     """As `ziegler_nichols`."""
 
+def relay(rec: Record, rest: Interval | None, limits: Limits) -> Fields:
+    """Fields of `RelayTest` but `t u y source Ts`, and first and last of `rows`.
+
+    `rest` is an equilibrium `u0, y0`.
+    """
+
 def margins(model: Model, pid: PID) -> Fields:
     """Fields of `Margins`."""
 
-def margin_bands(model: Model, P: Floats, pid: PID) -> list[Interval]:
-    """95 % intervals of `gain phase_deg delay Ms Mt`; `P` is flat, here and below."""
+def margin_bands(fits: Sequence[Drawn], pid: PID) -> list[Interval]:
+    """95 % intervals of `gain phase_deg delay Ms Mt` over the models that the fits leave open."""
 
-def sensitivities(model: Model, pid: PID, w: Floats) -> list[Complexes]:
-    """`L, S, T, CS`."""
+def loop_shape(
+    model: Model, w_c: float, phase_margin: float, controller: str, Ts: float | None
+) -> Fields:
+    """Fields of `PID`."""
+
+def optimal(model: Model, wish: Wish) -> tuple[Fields, float]:
+    """Fields of `PID`, and what it costs."""
+
+def optimal_over(
+    fits: Sequence[Drawn], wish: Wish, dear: float
+) -> tuple[Fields, float, Fields, float | None]:
+    """Fields of `PID` over the fits, its cost, those of the best model alone, and seconds.
+
+    So much more record would leave the share `dear` of the integral gain of the best model.
+    """
+
+def robustness(
+    model: Model, pid: PID, changes: Sequence[float], fits: Sequence[Drawn], count: int
+) -> tuple[list[Interval], list[Interval]]:
+    """Stable gain factors at each change of the dead time; gain and delay of each drawn model."""
+
+def cloud(fits: Sequence[Drawn], count: int) -> list[Fields]:
+    """Return fields of models, the most probable first, then `count` draws."""
+
+def sensitivities(model: Model, pid: PID, w: Floats, delay: str) -> list[Complexes]:
+    """`L, S, T, CS`; the delay is "exact", "pade" or "taylor", here and below."""
+
+def stability(model: Model, pid: PID, delay: str) -> tuple[bool, list[Interval]]:
+    """Whether the loop is stable, and the stable intervals of `Kp, Ki, Kd`."""
+
+def loop_transfers(model: Model, pid: PID, delay: str) -> list[Fields]:
+    """Fields of `TransferFunction` of `y_r u_r e_r y_p y_d u_d`."""
 
 def step_band(model: Model, P: Floats, input: int, t: Floats) -> Band:
     """Lower and upper curve of the 95 % band of the step response."""

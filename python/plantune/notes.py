@@ -137,6 +137,8 @@ class Limits:
     """Standard deviations by which feedback may move gain or time constant of a process model."""
     X12: float = _DEFAULT["X12"]
     """Standard deviations that a process gain must be away from zero to be tuned on."""
+    T04: float = _DEFAULT["T04"]
+    """Share of the best model's integral gain that tuning over its uncertainty shall keep."""
     C07: float = _DEFAULT["C07"]
     """Least gain margin, as a factor, over the model's uncertainty."""
     C07_phase: float = _DEFAULT["C07_phase"]

@@ -17,7 +17,15 @@ FILES = ["model.json", "report.html", "run.json", "tuning.json"]
 
 EVERY = ("where", "count", "measured", "limit")
 FIELDS = {"type", "code", "text", "where", "count", "measured", "limit", "remedy", "notes"}
-CLASSES = {"U": "UsageError", "D": "DataError", "X": "NotIdentifiable", "M": "NotIdentifiable"}
+CLASSES = {
+    "U": "UsageError",
+    "D": "DataError",
+    "X": "NotIdentifiable",
+    "M": "NotIdentifiable",
+    "N": "NumericsError",
+    "R": "RunError",
+    "C": "RunError",
+}
 EXIT = {"U": 2, "D": 2, "X": 3, "M": 3, "N": 4, "R": 5, "C": 5}
 
 

@@ -1,6 +1,7 @@
 """Figures show what the results hold, with units, and stay small."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import plotly.graph_objects as go
@@ -50,6 +51,12 @@ def response(tuning):
     return pt.simulate.step(tuning.model, tuning.controller)
 
 
+def relay_test(**more):
+    rec = pt.simulate.relay(PLANT, high=2.0, low=-1.0, hysteresis=0.2, Ts=0.05, t_end=60.0, **more)
+    named = replace(rec, u_names=("valve",), y_names=("level",), units=UNITS)
+    return pt.tune.relay(named), named
+
+
 @pytest.fixture(scope="module")
 def figures(rec, fits, verdicts, tuning, response):
     return {
@@ -61,6 +68,8 @@ def figures(rec, fits, verdicts, tuning, response):
         "margins": plot.margins(tuning),
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
+        "relay": plot.relay(*relay_test(noise=0.02)),
+        "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),
         "rules": plot.rules(pt.tune.compare(fits[0]), of=rec),
     }
 
@@ -92,7 +101,7 @@ def test_titles_fit_a_laptop_and_say_record_and_model(figures, rec):
         title = fig.layout.title
         assert 0 < len(title.text) <= 80, name
         assert "<" not in title.text
-        if name not in ("closed_loop",):
+        if name not in ("closed_loop", "relay"):
             assert rec.source[:8] in title.subtitle.text, name
 
 
@@ -192,6 +201,17 @@ def test_compare_says_when_the_rows_are_not_fresh(rec, fits):
     est, _ = rec.split(0.5)
     fig = plot.compare(pt.validate.check(est, fits[0]))
     assert "also used to fit" in fig.layout.title.text
+
+
+def test_relay_draws_measured_model_and_thresholds():
+    test, rec = relay_test(noise=0.02)
+    fig = plot.relay(test, of=rec)
+    measured, model = trace(fig, "measured"), trace(fig, "model of the cycle")
+    assert (measured.line.color, model.line.color) == (MEASURED, MODEL)
+    assert_array_equal(model.y, test.yhat)
+    levels = [t.y[0] for t in fig.data if t.name == "relay switches"]
+    assert levels == list(test.thresholds)
+    assert test.source[:8] in fig.layout.title.subtitle.text
 
 
 def test_residuals_show_their_99_percent_limits(verdicts):
@@ -302,3 +322,11 @@ def test_rules_that_share_a_colour_differ_in_their_dash():
     slower = [pt.models.PID(Kp=-0.1 * k, Ti=1.5) for k in range(1, 6)]
     curves = plot.rules(pt.tune.compare(PLANT, slower)).data[1::2]
     assert len({(t.line.color, t.line.dash) for t in curves}) == 5
+
+
+def test_the_border_and_the_cloud_share_one_plane(figures):
+    """More dead time leaves less gain; the cloud surrounds no change."""
+    fig = figures["robustness"]
+    border, cloud = trace(fig, "unstable beyond"), trace(fig, "models that the data leave open")
+    assert abs(np.median(cloud.x)) < 0.5 and abs(np.median(cloud.y) - 1) < 0.1
+    assert np.all(np.diff(border.y) <= 1e-9)

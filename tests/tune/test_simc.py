@@ -104,14 +104,14 @@ def test_integrating_plants_are_served(K, T, L, speed):
     t_I = 4 * (1 + speed) * L
     assert pid.Kp == approx((1 + t_D / t_I) / (K * (1 + speed) * L), rel=1e-9)
     assert (pid.Ti, pid.Td) == approx((t_I + t_D, t_I * t_D / (t_I + t_D)), rel=1e-9)
-    assert not [note for note in tuning.notes if note.code == "T03"]
+    assert not [note for note in tuning.notes if note.code == "T05"]
 
 
 def test_the_pi_takes_a_lag_of_an_integrating_plant_for_delay():
     plant = ProcessModel(K=0.5, T=4.0, L=1.0, integrating=True)
     ours, bare = simc(plant), simc(ProcessModel(K=0.5, T=(), L=3.0, integrating=True))
     assert ours.controller == bare.controller and ours.tau_c == 3.0
-    assert [note.code for note in ours.notes if note.code == "T03"]
+    assert [note.code for note in ours.notes if note.code == "T05"]
 
 
 def test_a_pid_on_one_lag_is_the_pi():
@@ -122,7 +122,7 @@ def test_a_pid_on_one_lag_is_the_pi():
 def test_a_reduced_model_is_named_and_margins_are_of_the_plant():
     G = transfer(1.0, [1, 1, 1, 1])
     tuning = simc(G)
-    (note,) = (note for note in tuning.notes if note.code == "T03")
+    (note,) = (note for note in tuning.notes if note.code == "T05")
     assert note.severity == "info" and str(pt.tune.half_rule(G)) in note.text
     assert tuning.model is G
     assert tuning.margins == margins(G, tuning.controller)

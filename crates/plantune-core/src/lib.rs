@@ -9,7 +9,7 @@
 //! | `Kp Ti Td Tf` | PID, standard form |
 //!
 //! Modules, each importing only from those before it: `error note limits` · `linalg poly stats` ·
-//! `record excitation relation regress signal` · `model` · `sim` · `batch` · `analyze` · `validate` · `tune`.
+//! `record excitation relation regress signal` · `model` · `sim` · `batch recursive` · `analyze` · `validate` · `tune`.
 
 #![deny(unsafe_code)]
 // The field's letters keep their case: N, K, T, L, Ts, A(q).
@@ -25,6 +25,7 @@ pub mod model;
 pub mod note;
 pub mod poly;
 pub mod record;
+pub mod recursive;
 pub mod regress;
 pub mod relation;
 pub mod signal;

@@ -49,6 +49,8 @@ pub struct Limits {
     pub V11: f64,
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
+    /// Share of the integral gain of the best model that tuning over its uncertainty shall keep.
+    pub T04: f64,
     /// Least gain margin, as a factor, over the model's uncertainty.
     pub C07: f64,
     /// Least phase margin there, degrees.
@@ -81,6 +83,7 @@ impl Default for Limits {
             V10: 1.0,
             V11: 2.0,
             X12: 2.0,
+            T04: 0.5,
             C07: 2.0,
             C07_phase: 45.0,
         }
@@ -89,7 +92,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 25] {
+    pub fn items(&self) -> [(&'static str, f64); 26] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -114,6 +117,7 @@ impl Limits {
             ("V10", self.V10),
             ("V11", self.V11),
             ("X12", self.X12),
+            ("T04", self.T04),
             ("C07", self.C07),
             ("C07_phase", self.C07_phase),
         ]

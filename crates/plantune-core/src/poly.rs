@@ -61,6 +61,29 @@ pub fn is_stable(p: &[f64]) -> bool {
     true
 }
 
+/// Whether all roots in s lie in the left half-plane, coefficients in descending powers (Routh's array): of
+/// second order where all coefficients have one sign, of third order where `a1 a2 > a0 a3` as well.
+///
+/// Source 001, (3.4-18) and (3.4-23).
+pub fn is_hurwitz(p: &[f64]) -> bool {
+    let sign = p[0].signum();
+    if p.iter().any(|&c| !(c * sign > 0.0)) {
+        return false;
+    }
+    let row = |first: usize| p.iter().skip(first).step_by(2).map(|c| c * sign).collect::<Vec<f64>>();
+    let (mut above, mut row) = (row(0), row(1));
+    while !row.is_empty() {
+        if !(row[0] > 0.0) {
+            return false;
+        }
+        let at = |r: &[f64], k: usize| r.get(k).copied().unwrap_or(0.0);
+        let ratio = above[0] / row[0];
+        let next: Vec<f64> = (1..above.len()).map(|k| above[k] - ratio * at(&row, k)).collect();
+        (above, row) = (row, next);
+    }
+    true
+}
+
 /// `p(q)` with its roots outside the unit circle reflected into it, and those on it drawn in a little.
 pub fn reflected(p: &[f64]) -> Vec<f64> {
     let inside = |(re, im): (f64, f64)| {
@@ -121,6 +144,22 @@ pub fn impulse(numerator: &[f64], denominator: &[f64], len: usize) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn routh_agrees_with_the_roots() {
+        for (p, stable) in [
+            (vec![1.0, 2.0], true),
+            (vec![-1.0, 2.0], false),
+            (vec![1.0, 2.0, 3.0], true),
+            (vec![1.0, 2.0, 3.0, 5.9], true),
+            (vec![1.0, 2.0, 3.0, 6.1], false),
+            (vec![-1.0, -2.0, -3.0, -5.9], true),
+            (vec![1.0, 4.0, 6.0, 4.0, 1.0], true),
+            (vec![1.0, 0.0, 1.0], false),
+        ] {
+            assert_eq!(is_hurwitz(&p), stable, "{p:?}");
+        }
+    }
 
     #[test]
     fn an_impulse_response_ends_before_it_is_denormal() {

@@ -12,7 +12,15 @@ fn step(K: f64, T: f64, L: f64) -> Indices {
     let model = Fopdt { K, T, L };
     let pid = imc_pi(&model.into(), ImcTarget::GainMargin(3.0)).expect("settings").pid;
     let (r, zero) = (vec![1.0; 3000], vec![0.0; 3000]);
-    let settings = ClosedLoopSettings { dt: 0.01 * L, r: &r, d: &zero, noise: &zero, offset: 0.0, u0: 0.0 };
+    let settings = ClosedLoopSettings {
+        dt: 0.01 * L,
+        r: &r,
+        d: &zero,
+        noise: &zero,
+        offset: 0.0,
+        u0: 0.0,
+        fineness: 1000.0,
+    };
     indices(&closed_loop(&model, &pid, &settings).expect("a sound loop"))
 }
 

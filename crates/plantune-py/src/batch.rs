@@ -21,7 +21,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// The dict behind `plantune.Fit(**d)`.
 #[derive(IntoPyObject)]
-struct FitOut<'py> {
+pub struct FitOut<'py> {
     model: Option<ModelOut>,
     theta: Array<'py>,
     P: Matrix<'py>,
@@ -40,7 +40,7 @@ struct FitOut<'py> {
     rows: Matrix<'py, i64>,
 }
 
-fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
+pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
     let (fpe, aic, bic) = criteria(fit.loss, fit.N, fit.theta.len());
     let segments = fit.x0.len();
     Ok(FitOut {

@@ -11,6 +11,7 @@ mod batch;
 mod error;
 mod model;
 mod note;
+mod recursive;
 mod signal;
 mod sim;
 mod tune;
@@ -28,6 +29,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         model::register,
         sim::register,
         batch::register,
+        recursive::register,
         analyze::register,
         validate::register,
         tune::register,

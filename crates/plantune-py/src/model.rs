@@ -14,9 +14,12 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(step_response, m)?)?;
     m.add_function(wrap_pyfunction!(poles, m)?)?;
     m.add_function(wrap_pyfunction!(zeros, m)?)?;
+    m.add_function(wrap_pyfunction!(pulse_transfer, m)?)?;
     m.add_function(wrap_pyfunction!(dc_gain, m)?)?;
     m.add_function(wrap_pyfunction!(resonance, m)?)?;
     m.add_function(wrap_pyfunction!(gains, m)?)?;
+    m.add_function(wrap_pyfunction!(horizon, m)?)?;
+    m.add_function(wrap_pyfunction!(pid_transfer, m)?)?;
     m.add_function(wrap_pyfunction!(c2d, m)?)?;
     m.add_function(wrap_pyfunction!(transfer, m)?)?;
     m.add_function(wrap_pyfunction!(d2c, m)?)
@@ -120,7 +123,7 @@ pub struct PidIn {
 }
 
 /// `"d1"` or `"y2"`.
-struct FilterIn(Filter);
+pub struct FilterIn(pub Filter);
 
 impl<'py> FromPyObject<'_, 'py> for FilterIn {
     type Error = PyErr;
@@ -158,6 +161,26 @@ impl From<PidIn> for Pid {
 fn gains(pid: PidIn) -> (f64, f64) {
     let pid = Pid::from(pid);
     (pid.Ki, pid.Kd())
+}
+
+/// Seconds until a step response is seen whole.
+#[pyfunction]
+fn horizon(model: ModelIn) -> Outcome<f64> {
+    model.0.check()?;
+    Ok(model::horizon(&model.0))
+}
+
+/// Numerator and denominator of a controller from the error, in descending powers of s, or of z if it is sampled.
+#[pyfunction]
+fn pid_transfer(pid: PidIn) -> (Vec<f64>, Vec<f64>) {
+    let pid = Pid::from(pid);
+    match pid.Ts {
+        Some(Ts) => pid.pulse_transfer(Ts),
+        None => {
+            let C = pid.transfer();
+            (C.num, C.den)
+        }
+    }
 }
 
 /// A model as the dict from which Python builds its value.
@@ -256,6 +279,15 @@ fn poles(py: Python<'_>, model: ModelIn) -> Bound<'_, PyArray1<Complex64>> {
 #[pyfunction]
 fn zeros(py: Python<'_>, model: ModelIn, input: usize) -> Bound<'_, PyArray1<Complex64>> {
     PyArray1::from_iter(py, model.0.zeros(input).into_iter().map(|(re, im)| Complex64::new(re, im)))
+}
+
+/// Numerator and denominator in descending powers of z.
+#[pyfunction]
+fn pulse_transfer(model: ModelIn, input: usize) -> Outcome<(Vec<f64>, Vec<f64>)> {
+    match &model.0 {
+        Model::Poly(m) => Ok(m.pulse_transfer(input)),
+        _ => Err(Error::argument("model", "a ProcessModel", "a PolyModel; c2d gives one").into()),
+    }
 }
 
 #[pyfunction]

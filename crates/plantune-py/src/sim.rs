@@ -1,7 +1,7 @@
 //! Models over records and in closed loops.
 
 use numpy::PyReadonlyArray1;
-use plantune_core::sim::{self, ClosedLoopSettings, Start};
+use plantune_core::sim::{self, ClosedLoopSettings, RelaySettings, Start};
 use plantune_core::tune::indices;
 use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
@@ -14,7 +14,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(over_record, m)?)?;
     m.add_function(wrap_pyfunction!(default_horizon, m)?)?;
     m.add_function(wrap_pyfunction!(load_horizon, m)?)?;
-    m.add_function(wrap_pyfunction!(closed_loop, m)?)
+    m.add_function(wrap_pyfunction!(closed_loop, m)?)?;
+    m.add_function(wrap_pyfunction!(simulate_relay, m)?)
 }
 
 pub fn start(x0: &str) -> plantune_core::Result<Start> {
@@ -85,7 +86,7 @@ fn closed_loop<'py>(
     let plant = plant(model)?;
     let slice = |x: &PyReadonlyArray1<'py, f64>| x.as_slice().map(<[f64]>::to_vec).map_err(PyErr::from);
     let (r, d, noise) = (slice(&r)?, slice(&d)?, slice(&noise)?);
-    let settings = ClosedLoopSettings { dt, r: &r, d: &d, noise: &noise, offset, u0 };
+    let settings = ClosedLoopSettings { dt, r: &r, d: &d, noise: &noise, offset, u0, fineness: 1000.0 };
     let pid = pid.into();
     let run = py.detach(|| sim::closed_loop(&plant, &pid, &settings))?;
     let i = indices(&run);
@@ -117,4 +118,25 @@ fn default_horizon(model: ModelIn, pid: PidIn) -> Outcome<f64> {
 #[pyfunction]
 fn load_horizon(model: ModelIn, pid: PidIn) -> Outcome<f64> {
     Ok(sim::load_horizon(&plant(model)?, &pid.into())?)
+}
+
+/// Input and measured output under a relay.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one per field of the core's settings
+fn simulate_relay<'py>(
+    py: Python<'py>,
+    model: ModelIn,
+    low: f64,
+    high: f64,
+    hysteresis: f64,
+    Ts: f64,
+    r: f64,
+    offset: f64,
+    rest: usize,
+    noise: PyReadonlyArray1<'py, f64>,
+) -> Outcome<(Array<'py>, Array<'py>)> {
+    let (plant, noise) = (plant(model)?, noise.as_slice().map_err(PyErr::from)?);
+    let settings = RelaySettings { low, high, hysteresis, Ts, r, offset, rest, noise };
+    let (u, y) = py.detach(|| sim::relay(&plant, &settings))?;
+    Ok((array(py, u), array(py, y)))
 }

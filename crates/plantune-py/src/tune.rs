@@ -1,14 +1,19 @@
 //! Controller settings, margins and their bands.
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
-use plantune_core::Error;
-use plantune_core::model::{Model, Pid};
-use plantune_core::tune::{self, Bands, Costs, Delay, Estimate, ImcTarget, Overshoot, Settings, Step, Terms};
+use plantune_core::model::{Delay, Filter, Model, Pid};
+use plantune_core::tune::{
+    self, Answer, Bands, Costs, Estimate, Fitted, ImcTarget, Overshoot, Robustness, Settings, Step, Terms,
+    Wish,
+};
+use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
+use crate::batch::{FitOut, fit_out};
 use crate::error::Outcome;
-use crate::model::{ModelIn, ModelOut, PidIn};
-use crate::values::{Array, LimitsIn, array};
+use crate::model::{FilterIn, ModelIn, ModelOut, PidIn};
+use crate::note::{NoteOut, notes};
+use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check_tunable, m)?)?;
@@ -29,9 +34,17 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(cohen_coon, m)?)?;
     m.add_function(wrap_pyfunction!(chien_hrones_reswick, m)?)?;
     m.add_function(wrap_pyfunction!(tyreus_luyben, m)?)?;
+    m.add_function(wrap_pyfunction!(relay, m)?)?;
     m.add_function(wrap_pyfunction!(margins, m)?)?;
     m.add_function(wrap_pyfunction!(margin_bands, m)?)?;
     m.add_function(wrap_pyfunction!(sensitivities, m)?)?;
+    m.add_function(wrap_pyfunction!(loop_shape, m)?)?;
+    m.add_function(wrap_pyfunction!(optimal, m)?)?;
+    m.add_function(wrap_pyfunction!(optimal_over, m)?)?;
+    m.add_function(wrap_pyfunction!(cloud, m)?)?;
+    m.add_function(wrap_pyfunction!(robustness, m)?)?;
+    m.add_function(wrap_pyfunction!(stability, m)?)?;
+    m.add_function(wrap_pyfunction!(loop_transfers, m)?)?;
     m.add_function(wrap_pyfunction!(phase_deg, m)?)?;
     m.add_function(wrap_pyfunction!(step_band, m)?)?;
     m.add_function(wrap_pyfunction!(bode_band, m)?)
@@ -73,16 +86,7 @@ struct ImcOut {
 
 #[pyfunction]
 fn imc(model: ModelIn, tau_c: f64, order: Option<usize>, delay: &str, mirror: bool) -> Outcome<ImcOut> {
-    let delay = match delay {
-        "exact" => Delay::Exact,
-        "taylor" => Delay::Taylor,
-        "pade" => Delay::Pade,
-        other => {
-            let needed = "\"exact\", \"taylor\" or \"pade\"";
-            return Err(Error::argument("delay", format!("\"{other}\""), needed).into());
-        }
-    };
-    let found = tune::imc(&model.0, tau_c, order, delay, mirror)?;
+    let found = tune::imc(&model.0, tau_c, order, dead_time(delay)?, mirror)?;
     let out = |G| Model::Transfer(G).into();
     Ok(ImcOut {
         invertible: out(found.invertible),
@@ -231,6 +235,55 @@ fn tyreus_luyben(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
     Ok(tune::tyreus_luyben(&model.0, terms(controller)?)?.into())
 }
 
+/// The dict behind `plantune.tune.RelayTest(**d)`.
+#[derive(IntoPyObject)]
+struct RelayOut<'py> {
+    model: ModelOut,
+    sd: Array<'py>,
+    offset: f64,
+    known: &'static str,
+    fit: Option<FitOut<'py>>,
+    Ku: f64,
+    Tu: f64,
+    t_on: f64,
+    t_off: f64,
+    periods: usize,
+    rows: (usize, usize),
+    yhat: Array<'py>,
+    thresholds: (f64, f64),
+    levels: (f64, f64),
+    notes: Vec<NoteOut>,
+}
+
+#[pyfunction]
+fn relay<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    rest: Option<(f64, f64)>,
+    limits: LimitsIn,
+) -> Outcome<RelayOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let test = py.detach(|| tune::relay(&record, rest, &limits))?;
+    Ok(RelayOut {
+        model: Model::from(test.model).into(),
+        sd: array(py, test.sd.to_vec()),
+        offset: test.offset,
+        known: test.known.as_str(),
+        fit: test.fit.map(|fit| fit_out(py, fit, record.row_ranges())).transpose()?,
+        Ku: test.ultimate.0,
+        Tu: test.ultimate.1,
+        t_on: test.t_on,
+        t_off: test.t_off,
+        periods: test.periods,
+        rows: (test.rows.start, test.rows.end),
+        yhat: array(py, test.yhat),
+        thresholds: test.thresholds,
+        levels: test.levels,
+        notes: notes(&test.notes),
+    })
+}
+
 /// The dict behind `plantune.tune.Margins(**d)`.
 #[derive(IntoPyObject)]
 struct MarginsOut {
@@ -263,16 +316,129 @@ fn margins(model: ModelIn, pid: PidIn) -> Outcome<MarginsOut> {
     })
 }
 
+/// A fit as the cloud of its models needs it: model, covariance, rows, loss.
+type FitIn<'py> = (ModelIn, PyReadonlyArray1<'py, f64>, usize, f64, Option<f64>);
+
+fn fitted(fits: Vec<FitIn<'_>>) -> Outcome<Vec<Fitted>> {
+    fits.into_iter()
+        .map(|(model, P, N, loss, Ts)| {
+            let P = P.as_slice().map_err(PyErr::from)?.to_vec();
+            Ok(Fitted { model: model.0, P, N, loss, Ts })
+        })
+        .collect()
+}
+
 /// Intervals of `gain phase_deg delay Ms Mt`.
 #[pyfunction]
-fn margin_bands(
+fn margin_bands(py: Python<'_>, fits: Vec<FitIn<'_>>, pid: PidIn) -> Outcome<[(f64, f64); 5]> {
+    let (fits, pid) = (fitted(fits)?, pid.into());
+    Ok(py.detach(|| tune::margin_bands(&fits, &pid))?)
+}
+
+/// The dict behind `plantune.models.PID(**d)`.
+#[derive(IntoPyObject)]
+struct PidOut {
+    Kp: f64,
+    Ti: f64,
+    Td: f64,
+    Tf: f64,
+    filter: &'static str,
+    Ts: Option<f64>,
+}
+
+impl From<Pid> for PidOut {
+    fn from(pid: Pid) -> Self {
+        let filter = if pid.filter == Filter::Y2 { "y2" } else { "d1" };
+        PidOut { Kp: pid.Kp, Ti: pid.Ti(), Td: pid.Td, Tf: pid.Tf, filter, Ts: pid.Ts }
+    }
+}
+
+#[pyfunction]
+fn loop_shape(
+    model: ModelIn,
+    w_c: f64,
+    phase_margin: f64,
+    controller: &str,
+    Ts: Option<f64>,
+) -> Outcome<PidOut> {
+    Ok(tune::loop_shape(&model.0, w_c, phase_margin, terms(controller)?, Ts)?.into())
+}
+
+/// `plantune.tune.optimal.Wish`, by attribute.
+#[derive(FromPyObject)]
+struct WishIn {
+    Ms: f64,
+    Mt: f64,
+    noise_gain: f64,
+    answer: String,
+    controller: String,
+    filter: FilterIn,
+    Ts: Option<f64>,
+    share: f64,
+}
+
+impl WishIn {
+    fn core(self) -> Outcome<Wish> {
+        let answer = match self.answer.as_str() {
+            "load" => Answer::Load,
+            "set_point" => Answer::SetPoint,
+            "both" => Answer::Both,
+            other => {
+                let needed = "\"load\", \"set_point\" or \"both\"";
+                return Err(Error::argument("answer", format!("\"{other}\""), needed).into());
+            }
+        };
+        let WishIn { Ms, Mt, noise_gain, controller, filter, Ts, share, .. } = self;
+        let limits = Robustness { Ms, Mt, noise_gain };
+        Ok(Wish { limits, answer, terms: terms(&controller)?, filter: filter.0, Ts, share })
+    }
+}
+
+/// Settings, and their cost, on a model.
+#[pyfunction]
+fn optimal(py: Python<'_>, model: ModelIn, wish: WishIn) -> Outcome<(PidOut, f64)> {
+    let wish = wish.core()?;
+    let found = py.detach(|| tune::optimise(&[model.0], &wish))?;
+    Ok((found.pid.into(), found.cost))
+}
+
+/// Settings over the fits, their cost, the settings on the best model alone, and the seconds of record that
+/// would make both alike to within `dear`.
+#[pyfunction]
+fn optimal_over(
+    py: Python<'_>,
+    fits: Vec<FitIn<'_>>,
+    wish: WishIn,
+    dear: f64,
+) -> Outcome<(PidOut, f64, PidOut, Option<f64>)> {
+    let (fits, wish) = (fitted(fits)?, wish.core()?);
+    let found = py.detach(|| tune::posterior(&fits, &wish, dear))?;
+    let seconds = found.more.and_then(|more| tune::seconds(&fits, more));
+    Ok((found.set.pid.into(), found.set.cost, found.point.pid.into(), seconds))
+}
+
+/// Stable gain factors at each change of the dead time, then gain and delay of each drawn model beside the plant.
+#[pyfunction]
+#[allow(clippy::type_complexity)] // two lists of pairs
+fn robustness(
     py: Python<'_>,
     model: ModelIn,
-    P: PyReadonlyArray1<'_, f64>,
     pid: PidIn,
-) -> Outcome<[(f64, f64); 5]> {
-    let (P, pid): (_, Pid) = (P.as_slice().map_err(PyErr::from)?, pid.into());
-    Ok(py.detach(|| tune::margin_bands(&model.0, P, &pid))?)
+    changes: Vec<f64>,
+    fits: Vec<FitIn<'_>>,
+    count: usize,
+) -> Outcome<(Vec<(f64, f64)>, Vec<(f64, f64)>)> {
+    let (fits, pid) = (fitted(fits)?, pid.into());
+    Ok(py.detach(|| {
+        let others = if fits.is_empty() { Vec::new() } else { tune::cloud(&fits, count)?.split_off(1) };
+        Ok::<_, Error>((tune::border(&model.0, &pid, &changes)?, tune::departures(&model.0, &pid, &others)?))
+    })?)
+}
+
+/// The models that the fits leave open, the most probable first.
+#[pyfunction]
+fn cloud(fits: Vec<FitIn<'_>>, count: usize) -> Outcome<Vec<ModelOut>> {
+    Ok(tune::cloud(&fitted(fits)?, count)?.into_iter().map(ModelOut::from).collect())
 }
 
 type ComplexArray<'py> = Bound<'py, PyArray1<Complex64>>;
@@ -284,9 +450,38 @@ fn sensitivities<'py>(
     model: ModelIn,
     pid: PidIn,
     w: PyReadonlyArray1<'py, f64>,
+    delay: &str,
 ) -> Outcome<[ComplexArray<'py>; 4]> {
-    let s = tune::sensitivities(&model.0, &pid.into(), w.as_slice().map_err(PyErr::from)?)?;
+    let w = w.as_slice().map_err(PyErr::from)?;
+    let s = tune::sensitivities(&model.0, &pid.into(), w, dead_time(delay)?)?;
     Ok([s.L, s.S, s.T, s.CS].map(|x| PyArray1::from_vec(py, x)))
+}
+
+fn dead_time(delay: &str) -> Outcome<Delay> {
+    match delay {
+        "exact" => Ok(Delay::Exact),
+        "pade" => Ok(Delay::Pade),
+        "taylor" => Ok(Delay::Taylor),
+        other => {
+            let needed = "\"exact\", \"pade\" or \"taylor\"";
+            Err(Error::argument("delay", format!("\"{other}\""), needed).into())
+        }
+    }
+}
+
+/// Whether the loop is stable, and the stable intervals of `Kp, Ki, Kd`.
+#[pyfunction]
+fn stability(py: Python<'_>, model: ModelIn, pid: PidIn, delay: &str) -> Outcome<(bool, [(f64, f64); 3])> {
+    let (pid, delay) = (pid.into(), dead_time(delay)?);
+    let found = py.detach(|| tune::stability(&model.0, &pid, delay))?;
+    Ok((found.stable, found.bounds))
+}
+
+/// `y_r, u_r, e_r, y_p, y_d, u_d`.
+#[pyfunction]
+fn loop_transfers(model: ModelIn, pid: PidIn, delay: &str) -> Outcome<[ModelOut; 6]> {
+    let all = tune::closed_loop_transfers(&model.0, &pid.into(), dead_time(delay)?)?;
+    Ok([all.y_r, all.u_r, all.e_r, all.y_p, all.y_d, all.u_d].map(|G| Model::Transfer(G).into()))
 }
 
 #[pyfunction]

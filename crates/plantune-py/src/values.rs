@@ -77,6 +77,7 @@ pub struct LimitsIn {
     V10: f64,
     V11: f64,
     X12: f64,
+    T04: f64,
     C07: f64,
     C07_phase: f64,
 }
@@ -107,6 +108,7 @@ impl From<LimitsIn> for Limits {
             V10: l.V10,
             V11: l.V11,
             X12: l.X12,
+            T04: l.T04,
             C07: l.C07,
             C07_phase: l.C07_phase,
         }

@@ -109,6 +109,11 @@ class Fit:
         """
         return self._need_model().predict(rec, horizon, float(self.offset[0]))
 
+    @property
+    def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
+        """What the core draws models from: model, flat covariance, rows, loss, sample time."""
+        return self.model, flat(self), self.N, self.loss, self.Ts
+
     def _need_model(self) -> PolyModel | ProcessModel:
         if self.model is None:
             raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")

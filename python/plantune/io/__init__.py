@@ -12,7 +12,15 @@ from plantune.io.assemble import check, record_from
 from plantune.io.csv import open_csv
 from plantune.io.draft import Choice
 from plantune.io.file import contents, format_seen, suffix_of
-from plantune.io.jsonfile import load_model, save_model, to_json, write_json
+from plantune.io.jsonfile import (
+    load_json,
+    load_model,
+    model_of,
+    save_model,
+    to_json,
+    write_json,
+    write_text,
+)
 from plantune.io.mat import open_mat
 from plantune.io.parquet import open_parquet
 from plantune.io.several import joined, named, names_of
@@ -20,7 +28,17 @@ from plantune.io.table import Name, Sheet
 from plantune.notes import Limits
 from plantune.record import Record
 
-__all__ = ["load_model", "open_sheet", "read", "save_model", "to_json", "write_json"]
+__all__ = [
+    "load_json",
+    "load_model",
+    "model_of",
+    "open_sheet",
+    "read",
+    "save_model",
+    "to_json",
+    "write_json",
+    "write_text",
+]
 
 # A reader gets the bytes; a new format gets its line here.
 _READERS: Final[Mapping[str, Callable[[bytes], Sheet]]] = {

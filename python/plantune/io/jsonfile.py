@@ -80,7 +80,27 @@ def write_json(path: str | PathLike[str], value: Any, longest: int | None = None
     }
     """
     text = json.dumps(to_json(value, longest), indent=2, allow_nan=False, ensure_ascii=False)
-    _replace(Path(path), text + "\n")
+    write_text(path, text + "\n")
+
+
+def write_text(path: str | PathLike[str], text: str) -> None:
+    """Write a text; the file is there whole or not at all.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     write_text(f"{folder}/pid.c", "/* PID */")
+    ...     print([path.name for path in Path(folder).iterdir()])
+    ['pid.c']
+    """
+    path = Path(path)
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
 
 
 def save_model(path: str | PathLike[str], model: Any) -> None:
@@ -139,8 +159,47 @@ def load_model(path: str | PathLike[str]) -> Any:
     ...     print(load_model(f"{folder}/controller.json"))
     PI: Kp = 2, Ti = 10 s
     """
-    values = _parsed(contents(path))
-    kind = str(values.pop("kind", None)) if isinstance(values, dict) else "absent"
+    return model_of(load_json(path))
+
+
+def load_json(path: str | PathLike[str]) -> Any:
+    """Return what a JSON file holds.
+
+    Raises
+    ------
+    DataError
+        Not JSON (D02); too large (D01).
+    UsageError
+        There is no such file (U01).
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     write_json(f"{folder}/fit.json", {"fit": 88.1})
+    ...     load_json(f"{folder}/fit.json")
+    {'fit': 88.1}
+    """
+    return _parsed(contents(path))
+
+
+def model_of(values: Any) -> Any:
+    """Return the model or controller whose fields, and `kind`, these are.
+
+    Raises
+    ------
+    DataError
+        Not a model of this version (D02).
+    UsageError
+        A number in it is out of its range (U01).
+
+    Examples
+    --------
+    >>> print(model_of({"kind": "process", "K": 2.0, "T": 5.0, "L": 1.3}))
+    G(s) = 2 e^(-1.3 s) / (5 s + 1)
+    """
+    values = dict(values) if isinstance(values, Mapping) else {}
+    kind = str(values.pop("kind", "absent"))
     if kind not in _classes():
         raise _no_model(f"`kind` is {short(kind)}, must be one of {', '.join(_classes())}")
     cls = _classes()[kind]
@@ -177,13 +236,3 @@ def _no_model(text: str) -> PlantuneError:
 
 def _holds_null(value: Any) -> bool:
     return isinstance(value, list) and any(item is None or _holds_null(item) for item in value)
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write beside the file, then put it in its place in one step."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)

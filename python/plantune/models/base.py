@@ -108,6 +108,17 @@ class LinearModel:
         """
         return _core.step_response(self, input, np.ascontiguousarray(np.atleast_1d(t), float))
 
+    def horizon(self) -> float:
+        """Return the seconds until a step response is seen whole.
+
+        Examples
+        --------
+        >>> from plantune.models import ProcessModel
+        >>> ProcessModel(K=2.0, T=5.0, L=3.0).horizon()
+        43.0
+        """
+        return _core.horizon(self)
+
     def poles(self) -> NDArray[np.complex128]:
         """Return the poles: in z for sampled models, in 1/s for process models.
 
@@ -155,6 +166,19 @@ class LinearModel:
         (5.71, 0.09)
         """
         return _core.resonance(self, input)
+
+    def to_control(self, **options: Any) -> Any:
+        """Return the model as an object of python-control; options as of `pt.export.to_control`.
+
+        Examples
+        --------
+        >>> from plantune.models import ProcessModel
+        >>> print(ProcessModel(K=2.0, T=4.0, L=0.0).to_control().poles().real)
+        [-0.25]
+        """
+        from plantune.models.control import to_control
+
+        return to_control(self, **options)  # type: ignore[arg-type]
 
     def same_as(self, other: Any) -> bool:
         """Whether the other model has the same class and numbers.

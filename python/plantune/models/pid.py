@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from plantune import _core
 from plantune.errors import refusal
@@ -91,6 +91,18 @@ class PID:
 
     def _where(self) -> str:
         return " on y" if self.filter == "y2" else ""
+
+    def to_control(self, **options: Any) -> Any:
+        """Return the transfer function from the error; options as of `pt.export.to_control`.
+
+        Examples
+        --------
+        >>> print(PID(Kp=2.0, Ti=10.0).to_control().zeros().real)
+        [-0.1]
+        """
+        from plantune.models.control import to_control
+
+        return to_control(self, **options)
 
     def __str__(self) -> str:
         if self.pure_Ki is not None:

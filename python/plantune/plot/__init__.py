@@ -6,7 +6,9 @@ from plantune.plot.compare import compare
 from plantune.plot.delay import delay
 from plantune.plot.margins import margins
 from plantune.plot.record import record
+from plantune.plot.relay import relay
 from plantune.plot.residuals import residuals
+from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
 from plantune.plot.step import step
 
@@ -17,7 +19,9 @@ __all__ = [
     "delay",
     "margins",
     "record",
+    "relay",
     "residuals",
+    "robustness",
     "rules",
     "step",
 ]

@@ -5,14 +5,16 @@ A rule may be computed on a reduced model; margins and bands are always those of
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import nan
 from typing import Any
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.estimate.fit import Fit, flat
-from plantune.models import PID, ProcessModel, TransferFunction
+from plantune.estimate.fit import Fit
+from plantune.models import PID, PolyModel, ProcessModel, TransferFunction
+from plantune.models.base import LinearModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note
 from plantune.tune.margins import Margins, margins
 from plantune.tune.tuning import Tuning
@@ -42,14 +44,14 @@ def tuned(
     if served is not None:
         served = ProcessModel(**served)
         notes = (*notes, *(_reduced(served) if reduced else ()), *made_for(served, tau_c))
-    return _judged(rule, model, plant, PID(**found), tau_c, notes, limits)
+    return judged(rule, model, plant, PID(**found), tau_c=tau_c, notes=notes, limits=limits)
 
 
 def _reduced(served: ProcessModel) -> tuple[Note, ...]:
-    """T03 where the rule was computed on less than the model given."""
+    """T05 where the rule was computed on less than the model given."""
     return (
         Note(
-            code="T03",
+            code="T05",
             severity="info",
             text=f"settings are those for {served}, by the half rule",
             remedy="judge them by the margins, which are of the model given",
@@ -73,26 +75,36 @@ def outside(name: str, value: float, low: float, high: float) -> tuple[Note, ...
     )
 
 
-def as_given(pid: PID, model: Plant | Fit, delay_at_least: float, limits: Limits | None) -> Tuning:
+def as_given(
+    pid: PID, model: LinearModel | Fit, delay_at_least: float, limits: Limits | None
+) -> Tuning:
     """Return the tuning that a controller is, whatever rule it came from."""
     limits = limits or DEFAULT_LIMITS
+    if isinstance(model, PolyModel):
+        return judged(str(pid), model, model, pid, limits=limits)
     plant, notes = _plant(model, delay_at_least, limits)
-    return _judged(str(pid), model, plant, pid, float("nan"), notes, limits)
+    return judged(str(pid), model, plant, pid, notes=notes, limits=limits)
 
 
-def _judged(
+def judged(
     rule: str,
-    model: Plant | Fit,
-    plant: Plant,
+    model: LinearModel | Fit | Sequence[Fit],
+    plant: LinearModel,
     pid: PID,
-    tau_c: float,
-    notes: tuple[Note, ...],
-    limits: Limits,
+    *,
+    tau_c: float = nan,
+    cost: float = nan,
+    notes: tuple[Note, ...] = (),
+    limits: Limits | None = None,
 ) -> Tuning:
+    """Return settings with their margins on `plant`, and the bands of these over the fits."""
+    limits = limits or DEFAULT_LIMITS
     m = margins(plant, pid)
-    bands: dict[str, tuple[float, float]] = {}
-    if isinstance(model, Fit):
-        bands = dict(zip(_BANDS, _core.margin_bands(plant, flat(model), pid), strict=True))
+    fits = [] if isinstance(model, LinearModel) else [model] if isinstance(model, Fit) else model
+    drawn_from = [fit.drawn_from for fit in fits]
+    if len(fits) == 1:
+        drawn_from = [(plant, *drawn_from[0][1:])]  # with the dead time that the rule counted
+    bands = dict(zip(_BANDS, _core.margin_bands(drawn_from, pid), strict=True)) if fits else {}
     return Tuning(
         controller=pid,
         rule=rule,
@@ -100,12 +112,13 @@ def _judged(
         margins=m,
         bands=bands,
         tau_c=tau_c,
+        cost=cost,
         notes=(*notes, *_weak(m, bands, limits), *limits.changes()),
-        source=model.source if isinstance(model, Fit) else "",
+        source=fits[0].source if fits else "",
     )
 
 
-def plant_of(model: Plant | Fit) -> Plant:
+def plant_of(model: LinearModel | Fit) -> Plant:
     """Return the model, also that of a fit; refuse what is neither lags nor a transfer function."""
     plant = model.model if isinstance(model, Fit) else model
     if not isinstance(plant, Plant):
@@ -117,19 +130,26 @@ def plant_of(model: Plant | Fit) -> Plant:
     return plant
 
 
+def check_fit(fit: Fit, limits: Limits) -> None:
+    """Refuse a process model of open sign (X12), or sampled too slowly (M09)."""
+    if isinstance(fit.model, ProcessModel):
+        estimates = list(zip(fit.theta.tolist(), fit.sd.tolist(), strict=True))
+        slowest = max(estimates[1 : 1 + len(fit.model.times)], default=None)
+        _core.check_tunable(estimates[0], slowest, fit.Ts, limits)
+
+
 def _plant(
-    model: Plant | Fit, delay_at_least: float, limits: Limits
+    model: LinearModel | Fit, delay_at_least: float, limits: Limits
 ) -> tuple[Plant, tuple[Note, ...]]:
     """Return the model that is tuned on."""
     plant = plant_of(model)
-    if isinstance(model, Fit) and isinstance(plant, ProcessModel):
-        estimates = list(zip(model.theta.tolist(), model.sd.tolist(), strict=True))
-        slowest = max(estimates[1 : 1 + len(plant.times)], default=None)
-        _core.check_tunable(estimates[0], slowest, model.Ts, limits)
-    return _with_delay(plant, delay_at_least)
+    if isinstance(model, Fit):
+        check_fit(model, limits)
+    return with_delay(plant, delay_at_least)
 
 
-def _with_delay(plant: Plant, least: float) -> tuple[Plant, tuple[Note, ...]]:
+def with_delay(plant: Plant, least: float) -> tuple[Plant, tuple[Note, ...]]:
+    """Return the plant with at least so much dead time, and T01 where that changes it."""
     if not 0 <= plant.L < least:  # the core refuses a dead time below zero
         return plant, ()
     note = Note(
@@ -169,5 +189,5 @@ def _weak(m: Margins, bands: dict[str, tuple[float, float]], limits: Limits) -> 
             + (", or record longer or larger steps" if band else ""),
         )
         for word, unit, own, band, limit in least
-        if (low := band[0] if band else own) < limit
+        if (low := band[0] if band else own) < limit and not 0 < low <= 1 / limit
     )

@@ -24,9 +24,10 @@ class Margins:
     stable : bool
         Whether the closed loop is stable; if it is not, the rest says nothing.
     gain, gain_db, w_gain : float
-        Gain margin as a factor and in decibels, phase crossover in rad/s.
+        Gain margin as a factor and in decibels, phase crossover in rad/s.  Of several the one
+        nearest to 1; a factor below 1 says how far the gain may fall.
     phase_deg, w_phase : float
-        Phase margin in degrees, gain crossover in rad/s.
+        Phase margin in degrees, the smallest in size, and its gain crossover in rad/s.
     delay : float
         Delay margin, seconds.
     Ms, Mt : float
@@ -103,7 +104,7 @@ def margins(model: LinearModel, pid: PID) -> Margins:
     Returns
     -------
     Margins
-        The smallest of each kind.
+        Of several crossings the nearest to -1.
 
     Notes
     -----
@@ -119,8 +120,10 @@ def margins(model: LinearModel, pid: PID) -> Margins:
     return Margins(**_core.margins(model, pid))
 
 
-def sensitivities(model: LinearModel, pid: PID, w: ArrayLike) -> Sensitivities:
-    """Return the frequency responses of the loop, with the exact delay.
+def sensitivities(
+    model: LinearModel, pid: PID, w: ArrayLike, *, delay: str = "exact"
+) -> Sensitivities:
+    """Return the frequency responses of the loop.
 
     Parameters
     ----------
@@ -130,6 +133,8 @@ def sensitivities(model: LinearModel, pid: PID, w: ArrayLike) -> Sensitivities:
         A sampled one meets the exact pulse transfer function.
     w : array (m,)
         Frequencies, rad/s.
+    delay : "exact", "pade" or "taylor"
+        The dead time as it is, or by the forms of source 001, (3.4-3) and (3.4-5).
 
     Returns
     -------
@@ -143,4 +148,4 @@ def sensitivities(model: LinearModel, pid: PID, w: ArrayLike) -> Sensitivities:
     array([1.+0.j])
     """
     w = np.ascontiguousarray(np.atleast_1d(w), float)
-    return Sensitivities(w, *_core.sensitivities(model, pid, w))
+    return Sensitivities(w, *_core.sensitivities(model, pid, w, delay))

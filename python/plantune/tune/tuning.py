@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
-from plantune.models import PID, ProcessModel, TransferFunction
+from plantune.models import PID
+from plantune.models.base import LinearModel
 from plantune.notes import Note
 from plantune.tune.margins import Margins
 
@@ -20,14 +22,16 @@ class Tuning:
         The settings.
     rule : str
         The rule and what it was asked for.
-    model : ProcessModel or TransferFunction
-        The model given; where the rule was computed on a reduced one, a note says on which (T03).
+    model : ProcessModel, TransferFunction or PolyModel
+        The model given; where the rule was computed on a reduced one, a note says on which (T05).
     margins : Margins
         On that model.
     bands : mapping
         95 % interval of `gain phase_deg delay Ms Mt`; empty for a model without uncertainty.
     tau_c : float
         Closed-loop time constant aimed at, seconds; NaN where the rule aims at none.
+    cost : float
+        Of an optimum what it minimises; NaN otherwise.
     notes : tuple of Note
         Doubts, such as margins that the model's uncertainty leaves weak.
     source : str
@@ -45,12 +49,15 @@ class Tuning:
     True
     """
 
+    kind: ClassVar[str] = "tuning"
+
     controller: PID
     rule: str
-    model: ProcessModel | TransferFunction
+    model: LinearModel
     margins: Margins
     bands: Mapping[str, tuple[float, float]]
     tau_c: float
+    cost: float
     notes: tuple[Note, ...]
     source: str
 

@@ -9,6 +9,7 @@ mod qr;
 mod recursion;
 mod reflect;
 mod segmented;
+mod simplex;
 mod solve;
 
 pub use draws::normal_draws;
@@ -21,6 +22,7 @@ pub use levenberg::{Minimum, Residuals, TIE, minimise};
 pub use qr::{BLOCK, Block, Triangle};
 pub use recursion::Recursion;
 pub use segmented::Segmented;
+pub use simplex::simplex;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve};
 
 pub use nalgebra::Complex;

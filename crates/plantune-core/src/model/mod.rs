@@ -1,7 +1,9 @@
 //! Models as values: one `enum Model`, and what every verb asks of it.
 
+mod approximate;
 mod convert;
 mod fopdt;
+mod horizon;
 mod pid;
 mod poly;
 mod process;
@@ -9,14 +11,16 @@ mod realisation;
 mod resonance;
 mod transfer;
 
+pub use approximate::{Delay, approximated};
 pub use convert::{c2d, check_fopdt, d2c};
 pub use fopdt::{Fopdt, Fraction};
-pub use pid::{Filter, Pid};
+pub use horizon::horizon;
+pub use pid::{Filter, Pid, Terms, backward_euler, weighted};
 pub use poly::PolyModel;
 pub use process::ProcessModel;
 pub use realisation::{Realisation, Transition, sampled};
 pub use resonance::{Mode, resonance};
-pub use transfer::TransferFunction;
+pub use transfer::{TransferFunction, horner};
 
 use std::borrow::Cow;
 

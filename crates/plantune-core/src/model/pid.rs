@@ -42,6 +42,44 @@ pub struct Pid {
     pub Ts: Option<f64>,
 }
 
+/// Numerators of unit gains of P, I and D over a common denominator, descending powers of s.
+pub struct Terms {
+    /// Of the proportional term.
+    pub p: Vec<f64>,
+    /// Of the integral term.
+    pub i: Vec<f64>,
+    /// Of the derivative.
+    pub d: Vec<f64>,
+    /// Of all three, the pole at 0 included.
+    pub den: Vec<f64>,
+    /// Denominator of the filter that y passes, and the set point does not.
+    pub on_y: Vec<f64>,
+}
+
+/// `sum_k gain_k p_k`, aligned at their constant terms, without leading zeros.
+pub fn weighted<const N: usize>(terms: [(f64, &Vec<f64>); N]) -> Vec<f64> {
+    let longest = terms.iter().map(|(_, p)| p.len()).max().unwrap_or(0);
+    let mut sum = vec![0.0; longest];
+    for (gain, p) in terms {
+        let from = longest - p.len();
+        sum[from..].iter_mut().zip(p).for_each(|(s, c)| *s += gain * c);
+    }
+    let first = sum.iter().position(|&c| c != 0.0).unwrap_or(longest.saturating_sub(1));
+    sum.split_off(first)
+}
+
+/// `Ts^n p(s)` at `s = (1 - q^-1) / Ts`, ascending in `q^-1`; `p` of degree `n` at most.
+pub fn backward_euler(p: &[f64], Ts: f64, n: usize) -> Vec<f64> {
+    let mut power = vec![1.0];
+    let mut sum = vec![0.0; n + 1];
+    for (k, c) in p.iter().rev().enumerate() {
+        let scale = c * Ts.powi((n - k) as i32);
+        sum.iter_mut().zip(&power).for_each(|(s, x)| *s += scale * x);
+        power = product(&power, &[1.0, -1.0]);
+    }
+    sum
+}
+
 impl Pid {
     /// PI on the error.
     pub fn pi(Kp: f64, Ti: f64) -> Self {
@@ -74,41 +112,51 @@ impl Pid {
 
     /// Of a continuous controller numerator and denominator.
     pub fn transfer(&self) -> TransferFunction {
-        let (Kp, Ki, Kd, Tf) = (self.Kp, self.Ki, self.Kd(), self.Tf);
-        let filter = match (self.filter, Tf == 0.0) {
-            (_, true) => vec![1.0],
-            (Filter::D1, _) => vec![Tf, 1.0],
-            (Filter::Y2, _) => vec![0.5 * Tf * Tf, Tf, 1.0],
-        };
-        let num = match self.filter {
-            Filter::D1 => vec![Kd + Kp * Tf, Kp + Ki * Tf, Ki],
-            Filter::Y2 => vec![Kd, Kp, Ki],
-        };
-        let trim = |p: Vec<f64>| -> Vec<f64> {
-            let first = p.iter().position(|&c| c != 0.0).unwrap_or(p.len() - 1);
-            p[first..].to_vec()
-        };
-        // A P or PD controller has no pole at 0.
-        let integral = if Ki == 0.0 { vec![1.0] } else { vec![1.0, 0.0] };
-        let num = if Ki == 0.0 { num[..2].to_vec() } else { num };
-        TransferFunction { num: trim(num), den: product(&filter, &integral), L: 0.0 }
+        let Terms { p, i, d, den, .. } = self.terms();
+        let num = weighted([(self.Kp, &p), (self.Ki, &i), (self.Kd(), &d)]);
+        self.proper(num, den)
+    }
+
+    /// From the set point to `u`: with the weights `b` and `c`, over the denominator of [`Pid::transfer`].
+    pub fn set_point_transfer(&self) -> TransferFunction {
+        let Terms { p, i, d, den, on_y } = self.terms();
+        let num = weighted([(self.b * self.Kp, &p), (self.Ki, &i), (self.c * self.Kd(), &d)]);
+        self.proper(product(&num, &on_y), den)
+    }
+
+    /// The terms of a continuous controller over one denominator.
+    pub fn terms(&self) -> Terms {
+        let (Tf, one, s) = (self.Tf, vec![1.0], [1.0, 0.0]);
+        match self.filter {
+            Filter::D1 => {
+                let filter = if Tf > 0.0 && self.Kd() != 0.0 { vec![Tf, 1.0] } else { one.clone() };
+                let p = product(&filter, &s);
+                Terms { den: p.clone(), p, i: filter, d: vec![1.0, 0.0, 0.0], on_y: one }
+            }
+            Filter::Y2 => {
+                let filter = if Tf > 0.0 { vec![0.5 * Tf * Tf, Tf, 1.0] } else { one.clone() };
+                Terms {
+                    den: product(&filter, &s),
+                    p: s.to_vec(),
+                    i: one,
+                    d: vec![1.0, 0.0, 0.0],
+                    on_y: filter,
+                }
+            }
+        }
+    }
+
+    /// Without the pole at 0 that a controller of no integral action has not.
+    fn proper(&self, num: Vec<f64>, den: Vec<f64>) -> TransferFunction {
+        let cut = |p: Vec<f64>| if self.Ki == 0.0 && p.len() > 1 { p[..p.len() - 1].to_vec() } else { p };
+        TransferFunction { num: cut(num), den: cut(den), L: 0.0 }
     }
 
     /// Of a sampled controller numerator and denominator in `q^-1`: `s = (1 - q^-1) / Ts`.
     pub fn pulse_transfer(&self, Ts: f64) -> (Vec<f64>, Vec<f64>) {
         let C = self.transfer();
         let n = C.num.len().max(C.den.len()) - 1;
-        let held = |p: &[f64]| {
-            let mut power = vec![1.0];
-            let mut sum = vec![0.0; n + 1];
-            for (k, c) in p.iter().rev().enumerate() {
-                let scale = c * Ts.powi((n - k) as i32);
-                sum.iter_mut().zip(&power).for_each(|(s, x)| *s += scale * x);
-                power = product(&power, &[1.0, -1.0]);
-            }
-            sum
-        };
-        (held(&C.num), held(&C.den))
+        (backward_euler(&C.num, Ts, n), backward_euler(&C.den, Ts, n))
     }
 
     /// `|C|` where the frequency grows beyond all bounds; infinite for an unfiltered derivative.

@@ -138,6 +138,16 @@ impl PolyModel {
         delay * at(&self.B[i], z) / (at(&self.A, z) * at(&self.F[i], z))
     }
 
+    /// Numerator and denominator of `G_i(z)` in descending powers of `z`, the delay as poles at zero.
+    pub fn pulse_transfer(&self, i: usize) -> (Vec<f64>, Vec<f64>) {
+        let mut num = [vec![0.0; self.nk[i]], self.B[i].clone()].concat();
+        let mut den = product(&self.A, &self.F[i]);
+        let terms = num.len().max(den.len());
+        num.resize(terms, 0.0);
+        den.resize(terms, 0.0);
+        (num, den)
+    }
+
     /// Roots of `A` and of every `F`.
     pub fn poles(&self) -> Vec<(f64, f64)> {
         self.F.iter().flat_map(|f| roots(f)).chain(roots(&self.A)).collect()
@@ -273,6 +283,17 @@ mod tests {
             let sum: Complex<f64> =
                 g.iter().enumerate().map(|(k, g)| Complex::from_polar(*g, -w * m.Ts * k as f64)).sum();
             assert!((m.freqresp(0, w) - sum).norm() < 1e-12, "{w} rad/s");
+        }
+    }
+
+    #[test]
+    fn the_pulse_transfer_function_is_the_frequency_response() {
+        let m = model();
+        for (i, w) in [(0, 0.0), (0, 3.0), (1, 25.0)] {
+            let z = Complex::from_polar(1.0, w * m.Ts);
+            let horner = |p: &[f64]| p.iter().fold(Complex::new(0.0, 0.0), |sum, c| sum * z + *c);
+            let (num, den) = m.pulse_transfer(i);
+            assert!((horner(&num) / horner(&den) - m.freqresp(i, w)).norm() < 1e-12, "{w} rad/s");
         }
     }
 

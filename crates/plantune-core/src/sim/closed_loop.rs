@@ -27,6 +27,8 @@ pub struct ClosedLoopSettings<'s> {
     pub offset: f64,
     /// Input before time 0, at which the loop was in equilibrium.
     pub u0: f64,
+    /// Nodes per time scale of a continuous loop; 1000 is exact to about 1e-6.
+    pub fineness: f64,
 }
 
 /// Signals on all nodes, `h` apart; `u` may jump at a node.
@@ -54,7 +56,7 @@ pub struct ClosedLoop {
 pub fn closed_loop(model: &Fopdt, pid: &Pid, settings: &ClosedLoopSettings) -> Result<ClosedLoop> {
     check(pid, settings)?;
     crate::model::check_fopdt(model)?;
-    let stride = nodes_per_step(model, pid, settings.dt)?;
+    let stride = nodes_per_step(model, pid, settings.dt, settings.fineness)?;
     let steps = settings.r.len();
     if steps.saturating_mul(stride) > MOST_NODES {
         return Err(Error::argument(
@@ -157,7 +159,7 @@ fn check(pid: &Pid, settings: &ClosedLoopSettings) -> Result<()> {
 }
 
 /// Nodes so close that the straight line costs about 1e-6 of the indices.
-fn nodes_per_step(model: &Fopdt, pid: &Pid, dt: f64) -> Result<usize> {
+fn nodes_per_step(model: &Fopdt, pid: &Pid, dt: f64, fineness: f64) -> Result<usize> {
     let closed = model.T / (1.0 + (model.K * pid.Kp).abs());
     let scale = if pid.Ts.is_some() {
         40.0 * model.T.min(dt)
@@ -166,7 +168,7 @@ fn nodes_per_step(model: &Fopdt, pid: &Pid, dt: f64) -> Result<usize> {
     } else {
         closed.max(model.L)
     };
-    let stride = (dt / (scale / 1000.0)).ceil().max(1.0);
+    let stride = (dt / (scale / fineness)).ceil().max(1.0);
     if stride < MOST_NODES as f64 {
         Ok(stride as usize)
     } else {
@@ -331,7 +333,7 @@ mod tests {
 
     fn run(model: &Fopdt, pid: &Pid, dt: f64, r: &[f64], offset: f64, u0: f64) -> ClosedLoop {
         let zero = vec![0.0; r.len()];
-        let settings = ClosedLoopSettings { dt, r, d: &zero, noise: &zero, offset, u0 };
+        let settings = ClosedLoopSettings { dt, r, d: &zero, noise: &zero, offset, u0, fineness: 1000.0 };
         closed_loop(model, pid, &settings).expect("a sound loop")
     }
 
@@ -389,7 +391,8 @@ mod tests {
     fn integral_action_removes_an_input_disturbance() {
         let model = Fopdt { K: 2.0, T: 1.0, L: 0.2 };
         let (r, d) = (vec![0.0; 3000], vec![0.7; 3000]);
-        let settings = ClosedLoopSettings { dt: 0.01, r: &r, d: &d, noise: &r, offset: 0.0, u0: 0.0 };
+        let settings =
+            ClosedLoopSettings { dt: 0.01, r: &r, d: &d, noise: &r, offset: 0.0, u0: 0.0, fineness: 1000.0 };
         let response = closed_loop(&model, &Pid::pi(1.0, 1.0), &settings).expect("a sound loop");
         let last = response.y.len() - 1;
         assert_eq!(response.u_final, -0.7);

@@ -1,16 +1,13 @@
 //! Uncertainty carried on: quantiles over models drawn from a fit's normal distribution.
 
+use super::cloud::{Fitted, cloud, draws};
 use super::margins::{Margins, margins};
-use crate::error::{Error, Result};
-use crate::linalg::normal_draws;
-use crate::model::{Model, Pid, ProcessModel};
+use crate::error::Result;
+use crate::model::{Model, Pid};
 use crate::stats::quantile;
 
-/// Models drawn; in antithetic pairs.
+/// Models drawn.
 const DRAWS: usize = 400;
-
-/// Seed of the draws, so that the same fit gives the same band.
-const SEED: u64 = 0x001;
 
 /// A 95 % band around a curve.
 #[derive(Clone, Debug)]
@@ -21,11 +18,12 @@ pub struct Bands {
     pub high: Vec<f64>,
 }
 
-/// Bands of `gain phase_deg delay Ms Mt`, in this order, of one controller over the drawn models.
-pub fn margin_bands(model: &Model, P: &[f64], pid: &Pid) -> Result<[(f64, f64); 5]> {
+/// Bands of `gain phase_deg delay Ms Mt`, in this order, of one controller over the models that the fits leave
+/// open.
+pub fn margin_bands(fits: &[Fitted], pid: &Pid) -> Result<[(f64, f64); 5]> {
     let mut drawn: [Vec<f64>; 5] = Default::default();
-    for model in sound_draws(model, P)? {
-        let Margins { gain, phase_deg, delay, Ms, Mt, .. } = margins(&model, pid)?;
+    for model in &cloud(fits, DRAWS)?[1..] {
+        let Margins { gain, phase_deg, delay, Ms, Mt, .. } = margins(model, pid)?;
         for (values, x) in drawn.iter_mut().zip([gain, phase_deg, delay, Ms, Mt]) {
             values.push(x);
         }
@@ -38,12 +36,12 @@ pub fn margin_bands(model: &Model, P: &[f64], pid: &Pid) -> Result<[(f64, f64); 
 
 /// Band of the unit step response of input `i` at times `t`.
 pub fn step_band(model: &Model, P: &[f64], i: usize, t: &[f64]) -> Result<Bands> {
-    curves(sound_draws(model, P)?.iter().map(|m| m.step_response(i, t)).collect())
+    curves(draws(model, P, DRAWS)?.iter().map(|m| m.step_response(i, t)).collect())
 }
 
 /// Bands of magnitude and unwrapped phase in degrees of input `i` at frequencies `w`, rad/s.
 pub fn bode_band(model: &Model, P: &[f64], i: usize, w: &[f64]) -> Result<(Bands, Bands)> {
-    let models = sound_draws(model, P)?;
+    let models = draws(model, P, DRAWS)?;
     let magnitude = models.iter().map(|m| w.iter().map(|&w| m.freqresp(i, w).norm()).collect());
     let phase = models.iter().map(|m| phase_deg(m, i, w));
     Ok((curves(magnitude.collect())?, curves(phase.collect())?))
@@ -68,38 +66,6 @@ pub fn phase_deg(model: &Model, i: usize, w: &[f64]) -> Vec<f64> {
             phase
         })
         .collect()
-}
-
-/// Draws around the model's parameters; a drawn delay below zero counts as none, and draws that
-/// describe no plant are left out.
-fn sound_draws(model: &Model, P: &[f64]) -> Result<Vec<Model>> {
-    let theta = model.theta();
-    let n = theta.len();
-    let size = (P.len() as f64).sqrt() as usize;
-    if size < n || size * size != P.len() {
-        return Err(Error::argument(
-            "P",
-            format!("{} numbers", P.len()),
-            &format!("square, at least {n} by {n}"),
-        ));
-    }
-    let own: Vec<f64> = (0..n * n).map(|ij| P[ij / n * size + ij % n]).collect();
-    let draws = normal_draws(&theta, &own, DRAWS, SEED);
-    let drawn = |theta: &Vec<f64>| match model.with_theta(theta) {
-        Model::Process(m) => Model::Process(ProcessModel { L: m.L.max(0.0), ..m }),
-        poly => poly,
-    };
-    let models: Vec<Model> = draws.iter().map(drawn).filter(Model::is_sound).collect();
-    if models.len() < DRAWS / 2 {
-        return Err(Error::new(
-            "X07",
-            "more than half of the models inside the uncertainty are no plants (T <= 0)",
-        )
-        .count(DRAWS - models.len())
-        .measured(models.len() as f64 / DRAWS as f64, 0.5)
-        .remedy("record longer or with larger steps"));
-    }
-    Ok(models)
 }
 
 /// Point-by-point quantiles.

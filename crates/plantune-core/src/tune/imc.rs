@@ -18,19 +18,8 @@
 use super::half_rule::{sampled, unstable};
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
-use crate::model::{Model, TransferFunction};
+use crate::model::{Delay, Model, TransferFunction};
 use crate::poly::product;
-
-/// What becomes of the dead time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Delay {
-    /// It stays as it is.
-    Exact,
-    /// `1 - L s`.
-    Taylor,
-    /// `(1 - L s/2) / (1 + L s/2)`.
-    Pade,
-}
 
 /// The parts of a design.
 #[derive(Clone, Debug, PartialEq)]
@@ -199,7 +188,7 @@ fn deflated(p: &[f64], factor: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Fopdt, ProcessModel};
+    use crate::model::{Delay, Fopdt, ProcessModel};
 
     const PLANT: Fopdt = Fopdt { K: -2.0, T: 5.0, L: 0.8 };
 

@@ -13,17 +13,17 @@
 
 use std::f64::consts::PI;
 
-use super::open_loop::{OpenLoop, crosses_negative_axis, root};
+use super::open_loop::{OpenLoop, STEP, crosses_negative_axis, root};
 use crate::error::Result;
 use crate::linalg::Complex;
-use crate::model::{Model, Pid};
+use crate::model::{Delay, Model, Pid, approximated};
 
-/// Margins; infinite where the loop never crosses.
+/// Margins, of several crossings the one nearest to -1; infinite where the loop never crosses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
     /// Whether the closed loop is stable.
     pub stable: bool,
-    /// Gain margin, factor.
+    /// Gain margin, factor; below 1 where the gain may fall less than rise.
     pub gain: f64,
     /// Gain margin, dB.
     pub gain_db: f64,
@@ -45,9 +45,11 @@ pub struct Margins {
 
 /// Margins of `pid` on input 0 of `model`.
 pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
+    pid.check()?;
     let open = OpenLoop::new(model, pid)?;
     let grid = open.grid();
     let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
+    let [S, T, CS] = open.standstill();
     let mut result = Margins {
         stable: open.is_stable(&grid, &L),
         gain: f64::INFINITY,
@@ -56,25 +58,28 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
         phase_deg: f64::INFINITY,
         w_phase: f64::NAN,
         delay: f64::INFINITY,
-        Ms: peak(&grid, |w, L| sensitivity(w, L).0, &open, &L),
-        Mt: peak(&grid, |w, L| sensitivity(w, L).1, &open, &L),
-        noise_gain: peak(&grid, |w, L| open.controller(w).norm() / (1.0 + L).norm(), &open, &L)
+        Ms: peak(&grid, &L, |_, L| 1.0 / size(1.0 + L), &open).max(S),
+        Mt: peak(&grid, &L, |_, L| size(L) / size(1.0 + L), &open).max(T),
+        noise_gain: peak(&grid, &L, |w, L| size(open.controller(w)) / size(1.0 + L), &open)
+            .max(CS)
             .max(open.noise_gain_beyond()),
     };
     for k in 0..grid.len() - 1 {
         let (a, b) = (grid[k], grid[k + 1]);
-        if crosses_negative_axis(L[k], L[k + 1]) {
+        // The size of L at a crossing is within a step of that at its ends.
+        let near = size(L[k]).ln().abs() - 2.0 * STEP < result.gain.ln().abs();
+        if near && crosses_negative_axis(L[k], L[k + 1]) {
             let w = root(a, b, |w| open.at(w).im);
             let at = open.at(w);
-            if at.re < 0.0 && 1.0 / at.norm() < result.gain {
+            if at.re < 0.0 && closer(1.0 / at.norm(), result.gain) {
                 (result.gain, result.w_gain) = (1.0 / at.norm(), w);
             }
         }
-        if (L[k].norm() > 1.0) != (L[k + 1].norm() > 1.0) {
+        if (L[k].norm_sqr() > 1.0) != (L[k + 1].norm_sqr() > 1.0) {
             let w = root(a, b, |w| open.at(w).norm().ln());
             let phase = PI + open.at(w).arg(); // in [0, 2 pi]
             let signed = if phase > PI { phase - 2.0 * PI } else { phase };
-            if signed.to_degrees() < result.phase_deg {
+            if signed.to_degrees().abs() < result.phase_deg.abs() {
                 (result.phase_deg, result.w_phase) = (signed.to_degrees(), w);
             }
             result.delay = result.delay.min(phase / w);
@@ -82,31 +87,36 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
     }
     // With a sampled controller the phase reaches -180 degrees at the Nyquist frequency at the latest.
     let last = L[L.len() - 1];
-    if pid.Ts.is_some() && last.re < 0.0 && 1.0 / last.norm() < result.gain {
+    if pid.Ts.is_some() && last.re < 0.0 && closer(1.0 / last.norm(), result.gain) {
         (result.gain, result.w_gain) = (1.0 / last.norm(), grid[grid.len() - 1]);
     }
     result.gain_db = 20.0 * result.gain.log10();
     Ok(result)
 }
 
-/// `|S|` and `|T|`.
-fn sensitivity(_: f64, L: Complex<f64>) -> (f64, f64) {
-    let S = 1.0 / (1.0 + L).norm();
-    (S, L.norm() * S)
+/// Whether a gain margin is nearer to 1: one below 1 says how far the gain may fall.
+fn closer(factor: f64, than: f64) -> bool {
+    factor.ln().abs() < than.ln().abs()
 }
 
-/// Largest value over all frequencies: every local one on the grid, refined between its neighbours by
-/// golden section.
+/// `|z|`; quicker than `hypot`, and no loop is near the ends of the range of numbers.
+fn size(z: Complex<f64>) -> f64 {
+    z.norm_sqr().sqrt()
+}
+
+/// Largest value over all frequencies: every local one on the grid that may be the largest, refined between
+/// its neighbours by golden section.
 ///
-/// From one frequency of the grid to the next `L` changes by a few percent of itself, so that a peak
-/// narrower than a step still stands out at one of its ends.
-fn peak(grid: &[f64], f: impl Fn(f64, Complex<f64>) -> f64, open: &OpenLoop, L: &[Complex<f64>]) -> f64 {
+/// From one frequency of the grid to the next `L` and `C` change by a few percent of themselves, so that a
+/// peak narrower than a step still stands out at one of its ends, and none rises further than `reach`.
+fn peak(grid: &[f64], L: &[Complex<f64>], f: impl Fn(f64, Complex<f64>) -> f64, open: &OpenLoop) -> f64 {
     let values: Vec<f64> = grid.iter().zip(L).map(|(&w, &L)| f(w, L)).collect();
-    let last = values.len() - 1;
-    let mut best = values[0].max(values[last]);
-    for k in 1..last {
-        if values[k] >= values[k - 1] && values[k] >= values[k + 1] {
-            best = best.max(values[k]).max(highest(grid[k - 1], grid[k + 1], |w| f(w, open.at(w))));
+    let mut best = values.iter().copied().fold(0.0, f64::max);
+    for k in 1..values.len() - 1 {
+        let reach = || (1.0 + 3.0 * STEP) / (1.0 - 3.0 * STEP * size(L[k]) / size(1.0 + L[k]));
+        let is_lower = || (0.0..best / values[k]).contains(&reach());
+        if values[k] >= values[k - 1] && values[k] >= values[k + 1] && !is_lower() {
+            best = best.max(highest(grid[k - 1], grid[k + 1], |w| f(w, open.at(w))));
         }
     }
     best
@@ -143,7 +153,9 @@ pub struct Sensitivities {
 }
 
 /// Frequency responses of the loop at `w` rad/s.
-pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64]) -> Result<Sensitivities> {
+pub fn sensitivities(model: &Model, pid: &Pid, w: &[f64], delay: Delay) -> Result<Sensitivities> {
+    let model = &approximated(model, delay)?;
+    pid.check()?;
     let open = OpenLoop::new(model, pid)?;
     let L: Vec<Complex<f64>> = w.iter().map(|&w| open.at(w)).collect();
     let S: Vec<Complex<f64>> = L.iter().map(|L| (L + 1.0).inv()).collect();
@@ -254,7 +266,7 @@ mod tests {
     #[test]
     fn sensitivities_add_up_to_one() {
         let (model, pid) = imc_loop(2.0, 5.0, 1.0, 1.0);
-        let s = sensitivities(&model, &pid, &[0.01, 0.3, 7.0]).expect("responses");
+        let s = sensitivities(&model, &pid, &[0.01, 0.3, 7.0], Delay::Exact).expect("responses");
         for (S, T) in s.S.iter().zip(&s.T) {
             assert!((S + T - 1.0).norm() < 1e-14);
         }

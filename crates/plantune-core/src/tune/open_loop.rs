@@ -14,11 +14,11 @@ use std::f64::consts::PI;
 
 use crate::error::Result;
 use crate::linalg::Complex;
-use crate::model::{Model, Pid, c2d};
-use crate::poly::{is_stable, product, roots};
+use crate::model::{Model, Pid, c2d, weighted};
+use crate::poly::{is_hurwitz, is_stable, product, roots};
 
 /// Most that `ln L` changes from one frequency of the grid to the next.
-const STEP: f64 = 0.05;
+pub const STEP: f64 = 0.05;
 
 /// Most frequencies of a grid.
 const MOST: usize = 100_000;
@@ -44,9 +44,8 @@ pub struct OpenLoop {
 }
 
 impl OpenLoop {
-    /// Refuses what is no plant, no controller, or another sample time.
+    /// Refuses what is no plant, or another sample time.
     pub fn new(model: &Model, pid: &Pid) -> Result<Self> {
-        pid.check()?;
         model.check()?;
         let plant = match (model, model.first_order(), model.transfer(), pid.Ts) {
             (Model::Poly(_), _, _, Some(Ts)) => {
@@ -89,6 +88,17 @@ impl OpenLoop {
         self.pid.freqresp(w)
     }
 
+    /// `|S|, |T|, |C S|` at standstill.
+    pub fn standstill(&self) -> [f64; 3] {
+        let gain = self.plant.dc_gain()[0];
+        if self.pid.Ki != 0.0 || !gain.is_finite() {
+            let CS = if self.pid.Ki != 0.0 { 1.0 / gain.abs() } else { 0.0 };
+            return [0.0, 1.0, CS];
+        }
+        let L = self.pid.Kp * gain;
+        [1.0, L, self.pid.Kp].map(|x| x.abs() / (1.0 + L).abs())
+    }
+
     /// `|C S|` where the frequency grows beyond all bounds, the plant letting nothing through.
     pub fn noise_gain_beyond(&self) -> f64 {
         match (self.pid.Ts, self.plant.transfer()) {
@@ -107,29 +117,66 @@ impl OpenLoop {
         while self.at(w).norm() < 10.0 && w > 1e-12 * slowest && self.pid.Ki != 0.0 {
             w /= 10.0;
         }
-        let only_turns = self.delay > 0.0 && self.passes_all();
+        // What does not die out repeats itself with every turn of the dead time.
+        let beyond = self.gain_beyond();
         let mut grid = vec![w];
         while w < highest && grid.len() < MOST {
             w = (w + (STEP / self.rate(w)).max(SMALLEST * w)).min(highest);
             grid.push(w);
             let far = w > 10.0 * fastest && w * self.delay.max(1e-6 / fastest) > 4.0 * PI;
-            if far && (only_turns || self.at(w).norm() < 0.01) || w > 1e9 * fastest {
+            if far && (self.at(w).norm() - beyond).abs() < 0.01 || w > 1e9 * fastest {
                 break;
             }
         }
         grid
     }
 
-    /// Whether `|L|` stays where it is as the frequency grows, as with a derivative without a filter.
-    fn passes_all(&self) -> bool {
-        let (C, G) = (self.pid.transfer(), self.plant.transfer());
-        self.pid.Ts.is_none() && G.is_some_and(|G| C.num.len() + G.num.len() >= C.den.len() + G.den.len())
+    /// Frequencies from `low` to `high`, as close; from `turns` on, where the dead time has turned the phase
+    /// so far, as close as the rest of the loop asks for.
+    pub fn between(&self, low: f64, high: f64, turns: f64) -> Vec<f64> {
+        let high = self.sampled.map_or(high, |Ts| high.min(PI / Ts));
+        let mut grid = vec![low];
+        let mut w = low;
+        while w < high && grid.len() < MOST {
+            let rate = if w < turns { self.rate(w) } else { (self.rate(w) - self.delay).max(1.0 / w) };
+            w = (w + (STEP / rate).max(SMALLEST * w)).min(high);
+            grid.push(w);
+        }
+        grid
+    }
+
+    /// Dead time, s.
+    pub fn delay(&self) -> f64 {
+        self.delay
+    }
+
+    /// Whether the closed loop is stable.
+    pub fn closes(&self) -> bool {
+        if let Some(stable) = self.rational_is_stable() {
+            return stable;
+        }
+        let grid = self.grid();
+        let L: Vec<Complex<f64>> = grid.iter().map(|&w| self.at(w)).collect();
+        self.is_stable(&grid, &L)
+    }
+
+    /// Poles of the plant, in z if it is sampled.
+    pub fn plant_poles(&self) -> Vec<(f64, f64)> {
+        self.plant.poles()
+    }
+
+    /// Time of one sample of a sampled plant, s.
+    pub fn sampled(&self) -> Option<f64> {
+        self.sampled
     }
 
     /// Whether the closed loop is stable; `L` on the grid.
     pub fn is_stable(&self, grid: &[f64], L: &[Complex<f64>]) -> bool {
         if let Some(stable) = self.rational_is_stable() {
             return stable;
+        }
+        if self.gain_beyond() >= 1.0 {
+            return false; // each turn of the dead time encircles -1
         }
         let mut turns = 0.0;
         for k in 0..grid.len() - 1 {
@@ -154,13 +201,24 @@ impl OpenLoop {
                 Some(closed[0] != 0.0 && is_stable(&closed.iter().map(|c| c / closed[0]).collect::<Vec<_>>()))
             }
             (_, None) if self.delay == 0.0 => {
-                let open = self.pid.transfer().times(self.plant.transfer()?.as_ref());
-                let pad = open.den.len().saturating_sub(open.num.len());
-                let closed = sum(&open.den, &[vec![0.0; pad], open.num].concat());
-                let lost = closed[0].abs() <= 1e-14 * open.den[0].abs() || *closed.last()? == 0.0;
-                Some(!lost && roots(&closed).iter().all(|&(re, _)| re < 0.0))
+                let (C, G) = (self.pid.transfer(), self.plant.transfer()?);
+                let closed = weighted([(1.0, &product(&C.den, &G.den)), (1.0, &product(&C.num, &G.num))]);
+                Some(is_hurwitz(&closed))
             }
             _ => None,
+        }
+    }
+
+    /// `|L|` where the frequency grows beyond all bounds.
+    fn gain_beyond(&self) -> f64 {
+        let lead = |p: &[f64], n: usize| if p.len() == n { p[0].abs() } else { 0.0 };
+        match self.plant.transfer() {
+            Some(G) if self.pid.Ts.is_none() => {
+                let C = self.pid.transfer();
+                let (num, den) = (product(&C.num, &G.num), product(&C.den, &G.den));
+                if num.len() > den.len() { f64::INFINITY } else { lead(&num, den.len()) / den[0].abs() }
+            }
+            _ => 0.0,
         }
     }
 
@@ -183,16 +241,16 @@ impl OpenLoop {
     /// Bound of `|d ln L / d w|`, s.
     fn rate(&self, w: f64) -> f64 {
         let s = Complex::new(0.0, w);
-        let in_s: f64 = self.in_s.iter().map(|r| 1.0 / (s - r).norm()).sum();
+        let in_s: f64 = self.in_s.iter().map(|r| 1.0 / (s - r).norm_sqr().sqrt()).sum();
         let in_z = self.sampled.map_or(0.0, |Ts| {
             let z = Complex::from_polar(1.0, w * Ts);
-            self.in_z.iter().map(|r| Ts / (z - r).norm()).sum()
+            self.in_z.iter().map(|r| Ts / (z - r).norm_sqr().sqrt()).sum()
         });
         in_s + in_z + self.delay + 1e-3 / w
     }
 
     /// Lowest and highest frequency at which something happens, rad/s.
-    fn span(&self) -> (f64, f64) {
+    pub fn span(&self) -> (f64, f64) {
         let of_z = |Ts: f64| {
             let size = move |r: &Complex<f64>| {
                 let closest = (r.norm() > 1e-3).then(|| (r.ln() / Ts).norm());

@@ -22,6 +22,7 @@ pub use refined_ziegler_nichols::refined_ziegler_nichols;
 pub use simc::simc;
 pub use simc_plus::simc_plus;
 pub use tyreus_luyben::tyreus_luyben;
+pub(super) use tyreus_luyben::ultimate;
 pub use ziegler_nichols::{Terms, ziegler_nichols};
 
 use crate::error::{Error, Result};

@@ -40,7 +40,7 @@ pub fn tyreus_luyben(model: &Model, terms: Terms) -> Result<Settings> {
 }
 
 /// Gain and period at which the loop under a proportional controller oscillates for ever.
-fn ultimate(model: &Fopdt) -> (f64, f64) {
+pub(in crate::tune) fn ultimate(model: &Fopdt) -> (f64, f64) {
     let Fopdt { K, T, L } = *model;
     // x = w L lies in [pi/2, pi] and is where x = pi - atan(x T / L); the right side changes by at most
     // 1/pi of what x does, so that each step gains half a digit.

@@ -1,0 +1,7 @@
+"""A controller, a plant or an estimator in the language of what it will run in."""
+
+from plantune.export.c_source import c_source
+from plantune.export.control import to_control
+from plantune.export.structured_text import structured_text
+
+__all__ = ["c_source", "structured_text", "to_control"]

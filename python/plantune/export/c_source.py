@@ -1,0 +1,360 @@
+"""C99 without allocation, without the library: a structure, how it starts, and its step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from math import isfinite
+
+from plantune.errors import refusal
+from plantune.estimate import Fit
+from plantune.export.subject import (
+    Controller,
+    Plant,
+    comment,
+    estimator_about,
+    named,
+    subject_of,
+)
+from plantune.models import PID, PolyModel, ProcessModel, TransferFunction
+from plantune.recursive import RLS
+from plantune.tune import Tuning
+
+
+def c_source(
+    what: Tuning | PID | Fit | ProcessModel | TransferFunction | PolyModel | RLS,
+    Ts: float | None = None,
+    *,
+    u_min: float | None = None,
+    u_max: float | None = None,
+    prefix: str | None = None,
+    u_unit: str = "",
+    y_unit: str = "",
+) -> str:
+    r"""Return C99 source: a PID controller, a plant, or a recursive estimator.
+
+    The file stands alone: it includes nothing, allocates nothing and keeps its state in a structure
+    of the caller's.  Compile it; where its functions are called, include it with
+    `PREFIX_DECLARATIONS` defined, which leaves the declarations only.
+
+    A controller is `init(s, y, u)`, in equilibrium at `y` with the output `u`; `step(s, r, y)`; and
+    `manual(s, r, y, u)`, after which `step` goes on without a bump.  It does exactly what
+    `simulate.closed_loop` simulates with a sampled one.  While `r` or `y` is not finite the output
+    holds.  A plant is `init(s)`, at rest, and `step(s, u)`, which returns what is measured at the
+    next sample (at the same one where `nk = 0`).  An estimator is `init(s)`, which starts where the
+    estimator given stands, and `update(s, phi, y)`, which returns the prior prediction error; a
+    sample that is not finite is not learnt.
+
+    Parameters
+    ----------
+    what : Tuning, PID, Fit, ProcessModel, TransferFunction, PolyModel or RLS
+        A controller, a plant of one input, or an estimator.
+    Ts : float, optional
+        Sample time, seconds; needed where `what` has none of its own.
+    u_min, u_max : float, optional
+        Both or neither: range of the controller's output, in its units.
+    prefix : str, optional
+        Of every name; `pid`, `plant` or `rls` by default.
+    u_unit, y_unit : str
+        Units, for the comments.
+
+    Returns
+    -------
+    str
+        ASCII, without a warning under `-std=c99 -Wall -Wextra -pedantic`.  Its head states
+        settings, units, plant, margins at this sample time, doubts and the fingerprint of the
+        record.
+
+    Raises
+    ------
+    UsageError
+        Without a sample time or with another one than the model's, a range that is none, a
+        prefix that is none, more than one input (U01).
+    RunError
+        A tuning whose loop is unstable at this sample time (C07).
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> text = c_source(pt.models.PID(Kp=1.25, Ti=5.0), Ts=0.1)
+    >>> print(text[text.index("double pid_step(pid_state *s, double r, double y)\n{"):])
+    double pid_step(pid_state *s, double r, double y)
+    {
+        if (!(r - r == 0.0 && y - y == 0.0))
+            return s->u; /* not a reading: the output holds */
+        const double rest = pid_rest(s, r, y);
+        s->I += pid_Ki * pid_Ts * (r - y);
+        s->u = rest + s->I;
+        return s->u;
+    }
+    ...
+    """
+    if isinstance(what, RLS):
+        if Ts is not None or u_min is not None or u_max is not None:
+            raise refusal(
+                "U01", "an estimator has neither Ts nor limits of u", remedy="leave them out"
+            )
+        return _text(_estimator(what, named(prefix, "rls")))
+    subject = subject_of(what, Ts, u_min, u_max, (u_unit, y_unit))
+    if isinstance(subject, Controller):
+        return _text(_controller(subject, named(prefix, "pid")))
+    return _text(_plant(subject, named(prefix, "plant")))
+
+
+def _controller(c: Controller, p: str) -> list[str]:
+    """`u = P + D + I`, in manual and in automatic."""
+    derivative, limited = c.pid.Td > 0, c.u_min is not None
+    state = {"double I;": "integral, in units of u"}
+    state |= {"double x;": "c r - y, filtered"} if derivative else {}
+    state |= {"double u;": "last output"}
+    finite = "r - r == 0.0 && y - y == 0.0"
+    rest = [
+        f"/* {'P + D' if derivative else 'P'}: what is not the integral. */",
+        f"static double {p}_rest({'' if derivative else 'const '}{p}_state *s, double r, double y)",
+        "{",
+        *(
+            [
+                f"    const double off = {p}_c * r - y - s->x;",
+                f"    s->x += {p}_Ts / ({p}_Tf + {p}_Ts) * off;",
+                f"    return {p}_Kp * ({p}_b * r - y) + {p}_Kp * {p}_Td / ({p}_Tf + {p}_Ts) * off;",
+            ]
+            if derivative
+            else ["    (void)s;", f"    return {p}_Kp * ({p}_b * r - y);"]
+        ),
+        "}",
+    ]
+    automatic = (
+        [
+            f"    const double more = {p}_Ki * {p}_Ts * (r - y);",
+            "    double u = rest + (s->I + more);",
+            f"    if ((u > {p}_u_max && more > 0.0) || (u < {p}_u_min && more < 0.0))",
+            "        u = rest + s->I; /* driven further out: the integral waits */",
+            "    else",
+            "        s->I += more;",
+            f"    s->u = u > {p}_u_max ? {p}_u_max : u < {p}_u_min ? {p}_u_min : u;",
+        ]
+        if limited
+        else [f"    s->I += {p}_Ki * {p}_Ts * (r - y);", "    s->u = rest + s->I;"]
+    )
+    held = [f"    if (!({finite}))", "        return s->u; /* not a reading: the output holds */"]
+    return [
+        *_declared(
+            p,
+            c.about,
+            state,
+            {
+                f"void {p}_init({p}_state *s, double y, double u)": "in equilibrium at r = y",
+                f"double {p}_step({p}_state *s, double r, double y)": "automatic; returns u",
+                f"double {p}_manual({p}_state *s, double r, double y, double u)": (
+                    "manual; step goes on from u"
+                ),
+            },
+        ),
+        *(f"static const double {p}_{k} = {_double(v)};" for k, v in c.constants.items()),
+        "",
+        *rest,
+        "",
+        f"void {p}_init({p}_state *s, double y, double u)",
+        "{",
+        *([f"    s->x = ({p}_c - 1.0) * y;"] if derivative else []),
+        f"    s->I = u - {p}_Kp * ({p}_b - 1.0) * y;",
+        "    s->u = u;",
+        "}",
+        "",
+        f"double {p}_step({p}_state *s, double r, double y)",
+        "{",
+        *held,
+        f"    const double rest = {p}_rest(s, r, y);",
+        *automatic,
+        "    return s->u;",
+        "}",
+        "",
+        f"double {p}_manual({p}_state *s, double r, double y, double u)",
+        "{",
+        "    s->u = u;",
+        f"    if ({finite})",
+        f"        s->I = u - {p}_rest(s, r, y);",
+        "    return u;",
+        "}",
+    ]
+
+
+def _plant(plant: Plant, p: str) -> list[str]:
+    """`x` behind `B`, `F` and `A`, then `y = x + offset`."""
+    B, A, F = plant.model.B.tolist(), plant.model.A.tolist()[1:], plant.model.F.tolist()[1:]
+    sizes = {"w": len(F), "x": len(A)}
+    first = plant.terms[0][1]
+    state = {f"double u[{plant.kept}];": "a ring of inputs, the newest at k", "int k;": ""}
+    state |= {f"double {x}[{n}];": "past, the newest first" for x, n in sizes.items() if n}
+    arrays = {"B": B, "F": F, "A": A}
+    return [
+        *_declared(
+            p,
+            plant.about,
+            state,
+            {
+                f"void {p}_init({p}_state *s)": "at rest",
+                f"double {p}_step({p}_state *s, double u)": "returns y of the next sample"
+                if plant.ahead
+                else "returns y of this sample",
+            },
+        ),
+        *(_array(f"{p}_{name}", values) for name, values in arrays.items() if values),
+        "",
+        f"void {p}_init({p}_state *s)",
+        "{",
+        f"    for (int i = 0; i < {plant.kept}; i++)",
+        "        s->u[i] = 0.0;",
+        *(
+            line
+            for x, n in sizes.items()
+            if n
+            for line in (f"    for (int i = 0; i < {n}; i++)", f"        s->{x}[i] = 0.0;")
+        ),
+        "    s->k = 0;",
+        "}",
+        "",
+        f"double {p}_step({p}_state *s, double u)",
+        "{",
+        "    double w = 0.0;",
+        f"    s->k = (s->k + 1) % {plant.kept};",
+        "    s->u[s->k] = u;",
+        f"    for (int j = 0; j < {len(B)}; j++)",
+        f"        w += {p}_B[j] * s->u[(s->k + {plant.kept - first} - j) % {plant.kept}];",
+        *(_divided("w", "w", f"{p}_F", len(F)) if F else []),
+        *(_divided("w", "x", f"{p}_A", len(A)) if A else []),
+        f"    return w + {_double(plant.offset)};" if plant.offset else "    return w;",
+        "}",
+    ]
+
+
+def _divided(now: str, past: str, coefficients: str, n: int) -> list[str]:
+    """`now <- now - sum c_i past(i)`, then the past moves on."""
+    return [
+        f"    for (int i = 0; i < {n}; i++)",
+        f"        {now} -= {coefficients}[i] * s->{past}[i];",
+        *(
+            [f"    for (int i = {n - 1}; i > 0; i--)", f"        s->{past}[i] = s->{past}[i - 1];"]
+            if n > 1
+            else []
+        ),
+        f"    s->{past}[0] = {now};",
+    ]
+
+
+def _estimator(rls: RLS, p: str) -> list[str]:
+    """Bierman's update of `P = U D U'`, as in the core."""
+    n, (U, D) = rls.n, rls.factors
+    above = [float(U[i, j]) for j in range(n) for i in range(j)]
+    starts = {"theta": rls.theta.tolist(), "U": above, "D": D.tolist()}
+    state = {
+        f"double theta[{n}];": "parameters",
+        f"double U[{max(1, len(above))}];": "above the diagonal, column by column",
+        f"double D[{n}];": "P = U D U'",
+        f"double f[{n}], b[{n}];": "U' phi, P phi",
+    }
+    return [
+        *_declared(
+            p,
+            estimator_about(rls),
+            state,
+            {
+                f"void {p}_init({p}_state *s)": "",
+                f"double {p}_update({p}_state *s, const double *phi, double y)": (
+                    f"phi[{n}]; returns y - phi' theta before the update"
+                ),
+            },
+        ),
+        f"static const double {p}_lambda = {_double(rls.lam)};",
+        f"static const double {p}_D_most = {_double(rls.D_most)};",
+        *(_array(f"{p}_{name}0", values) for name, values in starts.items() if values),
+        "",
+        f"void {p}_init({p}_state *s)",
+        "{",
+        f"    for (int i = 0; i < {n}; i++) {{",
+        f"        s->theta[i] = {p}_theta0[i];",
+        f"        s->D[i] = {p}_D0[i];",
+        "        s->f[i] = s->b[i] = 0.0;",
+        "    }",
+        *(
+            [f"    for (int i = 0; i < {len(above)}; i++)", f"        s->U[i] = {p}_U0[i];"]
+            if above
+            else ["    s->U[0] = 0.0;"]
+        ),
+        "}",
+        "",
+        f"double {p}_update({p}_state *s, const double *phi, double y)",
+        "{",
+        f"    double eps = y, alpha = {p}_lambda, inverse = 1.0 / {p}_lambda;",
+        f"    for (int j = 0, column = 0; j < {n}; column += j, j++) {{ /* f = U' phi */",
+        "        double f = 0.0;",
+        "        for (int i = 0; i < j; i++)",
+        "            f += s->U[column + i] * phi[i];",
+        "        s->f[j] = phi[j] + f;",
+        "        alpha += s->f[j] * s->f[j] * s->D[j];",
+        "        eps -= phi[j] * s->theta[j];",
+        "    }",
+        "    if (!(eps - eps == 0.0 && alpha - alpha == 0.0))",
+        "        return eps; /* not a sample: nothing is learnt */",
+        f"    alpha = {p}_lambda;",
+        f"    for (int j = 0, column = 0; j < {n}; column += j, j++) {{",
+        "        const double before = alpha, slope = -s->f[j] * inverse, g = s->D[j] * s->f[j];",
+        "        alpha += s->f[j] * g;",
+        "        inverse = 1.0 / alpha;",
+        f"        s->D[j] = s->D[j] * (before * inverse) / {p}_lambda;",
+        f"        if (s->D[j] > {p}_D_most)",
+        f"            s->D[j] = {p}_D_most;",
+        "        for (int i = 0; i < j; i++) {",
+        "            const double old = s->U[column + i];",
+        "            s->U[column + i] += s->b[i] * slope;",
+        "            s->b[i] += old * g;",
+        "        }",
+        "        s->b[j] = g;",
+        "    }",
+        f"    for (int i = 0; i < {n}; i++)",
+        "        s->theta[i] += s->b[i] * inverse * eps;",
+        "    return eps;",
+        "}",
+    ]
+
+
+def _declared(
+    p: str, about: Iterable[str], state: Mapping[str, str], functions: Mapping[str, str]
+) -> list[str]:
+    """Head, structure and prototypes; the definitions follow, until the last `#endif`."""
+    P = p.upper()
+    return [
+        "/*",
+        *(f" * {line}".rstrip() for line in comment(about)),
+        " */",
+        f"#ifndef {P}_STATE",
+        f"#define {P}_STATE",
+        "",
+        "typedef struct {",
+        *("    " + _said(member, text) for member, text in state.items()),
+        f"}} {p}_state;",
+        "",
+        *(_said(function + ";", text) for function, text in functions.items()),
+        "",
+        "#endif",
+        f"#ifndef {P}_DECLARATIONS",
+        "",
+    ]
+
+
+def _said(code: str, text: str) -> str:
+    return f"{code} /* {text} */" if text else code
+
+
+def _array(name: str, values: Sequence[float]) -> str:
+    return f"static const double {name}[] = {{{', '.join(map(_double, values))}}};"
+
+
+def _text(lines: list[str]) -> str:
+    return "\n".join([*lines, "", "#endif"]) + "\n"
+
+
+def _double(x: float) -> str:
+    """Return a double literal, all its digits."""
+    if not isfinite(x):
+        raise refusal("U01", f"a setting is {x}, must be finite", remedy="pass finite settings")
+    return repr(float(x))

@@ -1,0 +1,117 @@
+"""Models and controllers as objects of python-control."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from plantune import _core
+from plantune.errors import refusal
+
+if TYPE_CHECKING:
+    from plantune.models.pid import PID
+    from plantune.models.poly import PolyModel
+    from plantune.models.process import ProcessModel
+    from plantune.models.transfer import TransferFunction
+
+_MOST_ORDER = 10  # the coefficients of a higher Padé form no longer fit in 16 digits
+
+
+def to_control(
+    model: ProcessModel | TransferFunction | PolyModel | PID,
+    delay: Literal["pade", "frd"] = "pade",
+    order: int = 3,
+    w: ArrayLike | None = None,
+) -> Any:
+    """Return a model or controller as an object of python-control.
+
+    Parameters
+    ----------
+    model : ProcessModel, TransferFunction, PolyModel or PID
+        A PID is its transfer function from the error, `b = c = 1`.
+    delay : "pade" or "frd"
+        A transfer function, the dead time of a continuous model in Padé form; or frequency data,
+        with the exact delay.
+    order : int
+        Of the Padé form, 1 to 10: within 8 % up to `w = order / L`.
+    w : array (m,), optional
+        Frequencies of the data, rad/s; needed for "frd".
+
+    Returns
+    -------
+    control.TransferFunction or control.FrequencyResponseData
+        Of a sampled model or controller in z, its `dt` being `Ts`; a PolyModel with its whole
+        delay, exact, one column per input.
+
+    Raises
+    ------
+    UsageError
+        python-control is not installed, or an argument is out of its range (U01).
+
+    Examples
+    --------
+    >>> from plantune.models import PolyModel, ProcessModel
+    >>> print(to_control(PolyModel(A=[1, -0.5], B=[2], nk=2, Ts=0.1)).poles().real)
+    [0.5 0. ]
+    >>> plant = ProcessModel(K=2.0, T=5.0, L=1.0)
+    >>> exact = to_control(plant, delay="frd", w=[0.1, 1.0])
+    >>> error = to_control(plant, order=3)([0.1j, 1.0j]) - exact.complex
+    >>> bool(abs(error).max() < 1e-5)
+    True
+    """
+    control = _library()
+    if getattr(model, "kind", None) not in ("process", "transfer", "poly", "pid"):
+        raise refusal(
+            "U01",
+            f"a {type(model).__name__} has no form in python-control",
+            remedy="pass a ProcessModel, TransferFunction, PolyModel or PID",
+        )
+    if delay == "pade":
+        return _transfer_function(control, model, _order(order))
+    if delay != "frd":
+        raise refusal(
+            "U01", f"`delay` is {delay!r}, must be 'pade' or 'frd'", remedy="delay='pade'"
+        )
+    if w is None:
+        raise refusal("U01", "`w` is missing", remedy="pass w=, the frequencies in rad/s")
+    w = np.ascontiguousarray(np.atleast_1d(w), float)
+    if model.kind == "pid":
+        return control.frd(_transfer_function(control, model, 1), w)
+    inputs = len(_core.dc_gain(model))  # type: ignore[arg-type]
+    response = np.array([[_core.freqresp(model, i, w) for i in range(inputs)]])  # type: ignore[arg-type]
+    sampled = {"dt": model.Ts} if model.kind == "poly" else {}  # type: ignore[union-attr]
+    return control.frd(response, w, **sampled)
+
+
+def _library() -> Any:
+    try:
+        import control
+    except ImportError:
+        raise refusal(
+            "U01", "python-control is not installed", remedy="pip install plantune[control]"
+        ) from None
+    return control
+
+
+def _order(order: int) -> int:
+    if order not in range(1, _MOST_ORDER + 1):
+        raise refusal(
+            "U01",
+            f"`order` is {order}, must be a whole number from 1 to {_MOST_ORDER}",
+            remedy="order=3, or delay='frd' for the exact delay",
+        )
+    return order
+
+
+def _transfer_function(control: Any, model: Any, order: int) -> Any:
+    if model.kind == "pid":
+        return control.tf(*_core.pid_transfer(model), 0 if model.Ts is None else model.Ts)
+    if model.kind != "poly":
+        G = model if model.kind == "transfer" else model.transfer()
+        rational = control.tf(G.num, G.den)
+        return rational * control.tf(*control.pade(G.L, order)) if G.L > 0 else rational
+    columns = [_core.pulse_transfer(model, i) for i in range(len(_core.dc_gain(model)))]
+    num, den = zip(*columns, strict=True)
+    return control.tf([list(num)], [list(den)], model.Ts)

@@ -1,0 +1,5 @@
+"""Estimators that learn one sample at a time, on line or over a record."""
+
+from plantune._core import RLS
+
+__all__ = ["RLS"]
