@@ -106,6 +106,18 @@ def test_of_an_integrator_the_classic_controller_is_lambda_tuning():
     np.testing.assert_allclose(C.freqresp(W), pid.Kp * (1 + 1 / (pid.Ti * 1j * W)), rtol=1e-11)
 
 
+@pytest.mark.parametrize("T, delay", [((), "pade"), (3.0, "taylor")], ids=["alone", "with a lag"])
+def test_of_an_integrator_the_lambda_pid_is_a_classic_controller_too(T, delay):
+    """Seborg's table 12.1, rows N and O, follow from a filter of order 2."""
+    model = ProcessModel(K=0.4, T=T, L=1.5, integrating=True)
+    C = imc(model, 2.0, order=2, delay=delay).classic
+    pid = pt.tune.lambda_(model, 2.0, controller="PID").controller
+    s = 1j * W
+    np.testing.assert_allclose(
+        C.freqresp(W), pid.Kp * (1 + 1 / (pid.Ti * s) + pid.Td * s), rtol=1e-11
+    )
+
+
 @pytest.mark.parametrize("Tz", [0.0, -0.7])
 @pytest.mark.parametrize("mirror", [False, True])
 def test_loads_on_an_integrating_plant_die_out(Tz, mirror):
@@ -161,7 +173,7 @@ def test_what_cannot_be_inverted_is_refused(num, den, code):
 # --- costs ---
 
 
-@pytest.mark.parametrize("A_M", [2.0, 3.0, 4.2, 4.3, 10.0, 1000.0])
+@pytest.mark.parametrize("A_M", [2.0, 3.0, 4.3, 1000.0])
 def test_costs_of_the_pi_are_those_of_exact_arithmetic(A_M):
     """Times in L; at 4.27 the overshoot ends, k = 1/e."""
     L = 2.5

@@ -8,8 +8,10 @@
 //! ```
 //!
 //! Each entry is `Kp, Ti` or `Kp, Ti, Td`; `Tf = Td / 10` is ours. K. L. Chien, J. A. Hrones and J. B.
-//! Reswick, On the automatic control of generalized passive systems, Trans. ASME 74 (1952). A negative gain
-//! gives a negative `Kp`.
+//! Reswick, On the automatic control of generalized passive systems, Trans. ASME 74 (1952). All twelve entries
+//! stand so in two independent public copies of the table; others print 2.38 L, 1.16 T and 1.36 T unrounded.
+//! The range of `L / T` that the verb notes, 1/9 to 1, is in neither of them. A negative gain gives a negative
+//! `Kp`.
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;

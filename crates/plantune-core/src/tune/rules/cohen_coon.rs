@@ -9,7 +9,8 @@
 //!
 //! G. H. Cohen and G. A. Coon, Theoretical consideration of retarded control, Trans. ASME 75 (1953), in the
 //! rounded fractions of the textbooks. Places the dominant poles so that a load decays by three quarters
-//! each period. The filter is ours. A negative gain gives a negative `Kp`.
+//! each period. Several independent public copies have these fractions, one the range of `r` from 0.1 to 1
+//! that the verb notes; others go up to 2 or 4. The filter is ours. A negative gain gives a negative `Kp`.
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;

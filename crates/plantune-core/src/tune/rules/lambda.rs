@@ -16,9 +16,11 @@
 //! PI: E. B. Dahlin, Designing and tuning digital controllers, Instruments and Control Systems 41 (1968),
 //! and IMC-PI by another name. PID: D. E. Rivera, M. Morari and S. Skogestad, Internal model control: PID
 //! controller design, Ind. Eng. Chem. Process Des. Dev. 25 (1986), from the dead time as `(1 - L s / 2) /
-//! (1 + L s / 2)`, for `tau_c` above `0.8 L`. Integrating: I.-L. Chien and P. S. Fruehauf, Consider IMC tuning
-//! to improve controller performance, Chem. Eng. Prog. 86 (1990), where a load is arrested within `tau_c`;
-//! `3 L` is the least of practice. The filter is ours. A negative gain gives a negative `Kp`.
+//! (1 + L s / 2)`, which two independent public copies have; their range, `tau_c` above `0.8 L`, is in none that
+//! we found. Integrating: I.-L. Chien and P. S. Fruehauf, Consider IMC tuning
+//! to improve controller performance, Chem. Eng. Prog. 86 (1990), which are the IMC controllers of the two
+//! approximations of the dead time. A load is arrested within `tau_c`, of which practice takes `3 L` at least. The
+//! filter is ours. A negative gain gives a negative `Kp`.
 
 use super::{Terms, cascade, check_tau_c, pid};
 use crate::error::Result;
