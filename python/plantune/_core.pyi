@@ -15,6 +15,7 @@ from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
 from plantune.notes import Limits
 from plantune.record import Record
+from plantune.simulate import Actuator, Schedule, VaryingPlant
 from plantune.tune.optimal import Wish
 from plantune.validate import Verdict
 
@@ -198,21 +199,42 @@ def over_record(
     """
 
 def closed_loop(
-    model: ProcessModel,
+    plant: LinearModel | VaryingPlant,
     pid: PID,
     dt: float,
     r: Floats,
-    d: Floats,
-    noise: Floats,
-    offset: float,
-    u0: float,
+    out: Floats,
+    *,
+    d: Floats | None = None,
+    dy: Floats | None = None,
+    noise: Floats | None = None,
+    p: Floats | None = None,
+    manual: Floats | None = None,
+    offset: float = 0.0,
+    u0: float = 0.0,
+    actuator: Actuator | None = None,
+    y_step: float = 0.0,
+    anti_windup: str = "clamping",
+    Tt: float | None = None,
+    settings: list[tuple[int, PID]] = ...,
+    schedule: Schedule | None = None,
 ) -> Fields:
-    """Fields of `Response`, `indices` as a dict; every `r d noise` holds for `dt`."""
+    """Fill the rows `t r y u` of `out` (4, N + 1), every signal held for `dt`.
 
-def default_horizon(model: ProcessModel, pid: PID) -> float:
+    Gives the `rows` filled, `indices` and `notes` as dicts; `anti_windup` is "clamping",
+    "back_calculation" or "none".
+    """
+
+def simulate_varying(plant: VaryingPlant, u: Floats, Ts: float, u0: float) -> Floats:
+    """Output of a plant that varies, from rest at `u0`."""
+
+def table(axes: list[list[float]], values: list[float], points: Floats) -> Floats:
+    """Values of a table, row-major, at points (N, signals); multilinear, held at the edges."""
+
+def default_horizon(model: LinearModel, pid: PID) -> float:
     """Seconds until a loop of sound settings has settled many times over."""
 
-def load_horizon(model: ProcessModel, pid: PID) -> float:
+def load_horizon(model: LinearModel, pid: PID) -> float:
     """As `default_horizon`, and until a load has died out, at most 50 times as long."""
 
 def simulate_relay(
