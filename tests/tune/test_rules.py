@@ -144,7 +144,7 @@ def test_every_rule_carries_the_uncertainty_of_a_fit(rule, fit):
     tuning = rule(fit)
     assert list(tuning.bands) == ["gain", "phase_deg", "delay", "Ms", "Mt"]
     for name, (low, high) in tuning.bands.items():
-        assert low < getattr(tuning.margins, name) < high, name
+        assert low <= getattr(tuning.margins, name) <= high, name  # Mt is 1 at least
     assert tuning.source == fit.source and tuning.model is fit.model
 
 

@@ -10,7 +10,7 @@ use plantune_core::tune::{ImcTarget, Indices, imc_pi, indices};
 /// Indices of the unit step over `30 L`; `K` scales u, `T` cancels, `L` scales time.
 fn step(K: f64, T: f64, L: f64) -> Indices {
     let model = Fopdt { K, T, L };
-    let (pid, _) = imc_pi(&model, ImcTarget::GainMargin(3.0)).expect("settings");
+    let pid = imc_pi(&model.into(), ImcTarget::GainMargin(3.0)).expect("settings").pid;
     let (r, zero) = (vec![1.0; 3000], vec![0.0; 3000]);
     let settings = ClosedLoopSettings {
         dt: 0.01 * L,

@@ -13,7 +13,8 @@
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Fopdt, Pid};
+use crate::model::{Fopdt, Model};
+use crate::tune::rule::{Found, Rule, Settings};
 
 /// What the loop shall answer well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +34,19 @@ pub enum Overshoot {
     Twenty,
 }
 
-/// Settings; the plant must have a dead time.
-pub fn chien_hrones_reswick(model: &Fopdt, step: Step, overshoot: Overshoot, terms: Terms) -> Result<Pid> {
+/// Settings; the plant must settle and have a dead time.
+pub fn chien_hrones_reswick(
+    model: &Model,
+    step: Step,
+    overshoot: Overshoot,
+    terms: Terms,
+) -> Result<Settings> {
+    Rule::new("Chien-Hrones-Reswick", &|plant| first(plant, step, overshoot, terms)).on(model, None)
+}
+
+fn first(&Fopdt { K, T, L }: &Fopdt, step: Step, overshoot: Overshoot, terms: Terms) -> Found {
     use Overshoot::{Twenty, Zero};
-    check_delayed(model, "Chien-Hrones-Reswick")?;
-    let Fopdt { K, T, L } = *model;
+    check_delayed(L, "Chien-Hrones-Reswick")?;
     let (Kp, Ti, Td) = match (step, overshoot, terms) {
         (Step::Load, Zero, Terms::Pi) => (0.6, 4.0 * L, 0.0),
         (Step::Load, Zero, Terms::Pid) => (0.95, 2.4 * L, 0.42),
@@ -48,5 +57,5 @@ pub fn chien_hrones_reswick(model: &Fopdt, step: Step, overshoot: Overshoot, ter
         (Step::SetPoint, Twenty, Terms::Pi) => (0.6, T, 0.0),
         (Step::SetPoint, Twenty, Terms::Pid) => (0.95, 1.4 * T, 0.47),
     };
-    Ok(pid(Kp * T / (K * L), Ti, Td * L))
+    Ok((pid(Kp * T / (K * L), Ti, Td * L), f64::NAN))
 }
