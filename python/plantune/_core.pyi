@@ -174,6 +174,29 @@ def pid_transfer(pid: PID) -> tuple[list[float], list[float]]:
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""
 
+def to_form(
+    pid: PID, form: str, pv_span: float | None, op_span: float | None, minutes: bool
+) -> dict[str, float]:
+    """Return settings by their letters; a U01 may have the nearest and its deviation as result."""
+
+def from_form(
+    form: str,
+    settings: list[float],
+    rest: PID,
+    pv_span: float | None,
+    op_span: float | None,
+    minutes: bool,
+) -> Fields:
+    """Fields of `PID` but `c filter Ts`; `rest` has the weights, filter and sample time."""
+
+def enter(
+    pid: PID, profile: object, pv_span: float | None, op_span: float | None, digits: int | None
+) -> Fields:
+    """`values direct c notes`, and fields of `PID` as `controller` and `unrounded`.
+
+    `profile` has `form gain signed settings`.  A refusal as of `to_form`.
+    """
+
 def c2d(model: Model, Ts: float) -> Fields:
     """Fields of `PolyModel`, every polynomial of an input in a list."""
 

@@ -4,6 +4,7 @@ mod bands;
 mod border;
 mod closed_loop;
 mod cloud;
+pub mod forms;
 mod half_rule;
 mod imc;
 mod imc_costs;
