@@ -399,8 +399,8 @@ def imc_pi(model: Model, wish: str, value: float) -> Fields:
     The wish is "gain_margin", "phase_margin" or "tau_c".
     """
 
-def imc_pid(model: Model, wish: str, value: float) -> Fields:
-    """As `imc_pi`."""
+def imc_pid(model: Model, wish: str, value: float, N: float | None) -> Fields:
+    """As `imc_pi`; `Tf = Td / N`, None for no filter."""
 
 def simc(model: Model, tau_c: float | None, controller: str) -> Fields:
     """As `imc_pi`; the controller is "PI" or "PID"; without `tau_c` it is the dead time."""

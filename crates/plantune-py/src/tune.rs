@@ -167,8 +167,8 @@ fn imc_pi(model: ModelIn, wish: &str, value: f64) -> Outcome<SettingsOut> {
 }
 
 #[pyfunction]
-fn imc_pid(model: ModelIn, wish: &str, value: f64) -> Outcome<SettingsOut> {
-    Ok(tune::imc_pid(&model.0, target(wish, value))?.into())
+fn imc_pid(model: ModelIn, wish: &str, value: f64, N: Option<f64>) -> Outcome<SettingsOut> {
+    Ok(tune::imc_pid(&model.0, target(wish, value), N)?.into())
 }
 
 #[pyfunction]

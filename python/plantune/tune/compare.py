@@ -39,7 +39,7 @@ _INTEGRATING: tuple[Rule, ...] = (simc, lambda_, amigo, tyreus_luyben, ziegler_n
 
 _HIGHER_ORDER: tuple[Rule, ...] = (
     partial(imc_pi, gain_margin=3),
-    partial(imc_pid, gain_margin=3),
+    partial(imc_pid, gain_margin=3, N=10),
     simc,
     partial(simc, controller="PID"),
     amigo,

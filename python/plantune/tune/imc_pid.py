@@ -16,6 +16,7 @@ def imc_pid(
     gain_margin: float | None = None,
     phase_margin: float | None = None,
     tau_c: float | None = None,
+    N: float | None = None,
     delay_at_least: float = 0.0,
     limits: Limits | None = None,
 ) -> Tuning:
@@ -32,6 +33,9 @@ def imc_pid(
         Degrees, between 0 and 90; of second order above what `tau_c = 0` gives.
     tau_c : float
         Closed-loop time constant, seconds, >= 0.
+    N : float, optional
+        Filter of the derivative, `Tf = Td / N`; by default none, as in the source.  A margin asked
+        for is met with the filter in place, by another `tau_c`.
     delay_at_least : float
         Seconds of dead time that the loop has at least; see `imc_pi`.
     limits : Limits, optional
@@ -40,8 +44,7 @@ def imc_pid(
     Returns
     -------
     Tuning
-        `Kp` has the sign of `K`.  The derivative has no filter, as in the source, so that the
-        margin asked for is met exactly; with `Tf = Td / 10` the gain margin is up to 10 % smaller.
+        `Kp` has the sign of `K`.
 
     Raises
     ------
@@ -56,8 +59,9 @@ def imc_pid(
     Source 001, (3.6-20) to (3.6-24) and (3.6-46) to (3.6-53): one lag, and the dead time as
     `(1 - L s/2) / (1 + L s/2)`.  A second-order denominator `q s^2 + p s + 1`, a damped pair as
     well, is cancelled: `Kp = p / (K (tau_c + L - Tz))`, `Ti = p`, `Td = q / p`, with `Tz` negative
-    for an inverse response; a positive `Tz` is cancelled by the filter, `Tf = Tz`, where a PID can.
-    The loop has the margins of `imc_pi` then.  Loads drag on where the plant is slow; see `simc`.
+    for an inverse response, and the loop has the margins of `imc_pi`; a positive `Tz` is cancelled
+    by the filter, `Tf = Tz`, where a PID can.  Real controllers and simulations need the filter:
+    `N=10`.  Loads drag on where the plant is slow; see `simc`.
 
     Examples
     --------
@@ -67,12 +71,14 @@ def imc_pid(
     PID: Kp = -0.173378, Ti = 0.1991 s, Td = 0.0374435 s, Tf = 0 s
     >>> round(tuning.tau_c, 5), round(tuning.margins.phase_deg, 1)
     (0.14336, 74.3)
+    >>> imc_pid(tuning.model, gain_margin=3, N=10).margins.gain
+    3.0
     """
     name, value = one_wish("imc_pid", gain_margin, phase_margin, tau_c)
     return tuned(
         f"IMC-PID, {name} = {value:g}",
         model,
-        lambda plant: _core.imc_pid(plant, name, value),
+        lambda plant: _core.imc_pid(plant, name, value, N),
         delay_at_least,
         limits,
     )

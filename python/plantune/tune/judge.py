@@ -150,7 +150,7 @@ def _plant(
 
 def with_delay(plant: Plant, least: float) -> tuple[Plant, tuple[Note, ...]]:
     """Return the plant with at least so much dead time, and T01 where that changes it."""
-    if plant.L >= least:
+    if not 0 <= plant.L < least:  # the core refuses a dead time below zero
         return plant, ()
     note = Note(
         code="T01",

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from plantune import _core
 from plantune.estimate.fit import Fit
-from plantune.notes import Limits
+from plantune.models import ProcessModel
+from plantune.notes import Limits, Note
 from plantune.tune.judge import Plant, outside, tuned
 from plantune.tune.tuning import Tuning
 
@@ -48,12 +51,12 @@ def tyreus_luyben(
     Tyreus and Luyben 1992.  The ultimate gain and period are those of the model, exactly, with any
     number of lags and zeros: of one lag `w L + atan(w T) = pi`, `K_u = sqrt(1 + (w T)^2) / K`, `T_u
     = 2 pi / w`, of an integrator `K_u = pi / (2 K L)`, `T_u = 4 L`.  Made for integrators with dead
-    time, so on one lag for `L` up to `T`; beyond a note says so (T02).  There the PI drags, and the
-    PID loses its margin and, from `L = 6.1 T` on, its stability (C07).
+    time: on one lag for `L` up to `T`, and beside an integrator for lags up to `L` in all; beyond a
+    note says so (T02).  On one lag the PI drags there, and the PID loses its margin and, from `L =
+    6.1 T` on, its stability; beside an integrator the PI loses its margin (C07).
 
     Examples
     --------
-    >>> from plantune.models import ProcessModel
     >>> tuning = tyreus_luyben(ProcessModel(K=-2.0, T=20.0, L=1.0))
     >>> print(tuning.rule, "->", tuning.controller)
     Tyreus-Luyben -> PI: Kp = -5.00868, Ti = 8.62861 s
@@ -66,7 +69,12 @@ def tyreus_luyben(
         lambda plant: _core.tyreus_luyben(plant, controller),
         delay_at_least,
         limits,
-        lambda plant, _: (
-            outside("L / T", plant.L / plant.times[0], 0.0, 1.0) if plant.is_first_order else ()
-        ),
+        _range,
     )
+
+
+def _range(plant: ProcessModel, _: float) -> tuple[Note, ...]:
+    lags, L = sum(plant.times), plant.L
+    if plant.integrating:
+        return outside("T / L", lags / L if L else inf, 0.0, 1.0) if lags else ()
+    return outside("L / T", L / lags, 0.0, 1.0) if plant.is_first_order else ()

@@ -11,7 +11,7 @@
 
 use super::half_rule::Factors;
 use crate::error::{Error, Result};
-use crate::model::{Fopdt, Model, Pid, ProcessModel};
+use crate::model::{Fopdt, Model, Pid, ProcessModel, TransferFunction};
 
 /// `K (Tz s + 1) e^(-L s) / (product s^2 + sum s + 1)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,16 @@ impl Second {
         let half = 0.5 * self.sum;
         let large = half + (half * half - self.product).max(0.0).sqrt();
         (large, self.product / large)
+    }
+
+    /// As numerator and denominator.
+    pub fn transfer(&self) -> TransferFunction {
+        let from = |p: [f64; 3]| p.into_iter().skip_while(|&c| c == 0.0).collect();
+        TransferFunction {
+            num: from([0.0, self.K * self.Tz, self.K]),
+            den: from([self.product, self.sum, 1.0]),
+            L: self.L,
+        }
     }
 
     /// Whether it is two lags and no more.

@@ -16,26 +16,58 @@
 //! Source 001, 3.6.5 and 3.6.6; `tau_c` is its `T_F`. Second order: D. E. Rivera, M. Morari and S.
 //! Skogestad, Internal model control: PID controller design, Ind. Eng. Chem. Process Des. Dev. 25 (1986), and
 //! I.-L. Chien and P. S. Fruehauf, Consider IMC tuning to improve controller performance, Chem. Eng. Prog. 86
-//! (1990). As in the sources nothing else filters D, and so the margins are exact. A negative gain gives a
-//! negative `Kp`.
+//! (1990). As in the sources nothing else filters D; with `Tf = Td / N` on wish, `tau_c` is searched for until
+//! the loop with the filter has the margin. A negative gain gives a negative `Kp`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::{ImcTarget, check_tau_c};
 use crate::error::{Error, Result};
 use crate::model::{Fopdt, Model, Pid};
+use crate::tune::margins::margins;
 use crate::tune::open_loop::root;
 use crate::tune::rule::{Found, Rule, Second, Settings};
 
-/// Settings and the closed-loop time constant, s.
-pub fn imc_pid(model: &Model, target: ImcTarget) -> Result<Settings> {
+/// Settings and the closed-loop time constant, s; `N` is how much faster than D its filter is, none without.
+pub fn imc_pid(model: &Model, target: ImcTarget, N: Option<f64>) -> Result<Settings> {
+    if let Some(N) = N.filter(|N| !(*N > 0.0 && N.is_finite())) {
+        return Err(Error::argument("N", N, "positive, or absent for no filter"));
+    }
     let wish = if let ImcTarget::TauC(tau_c) = target { Some(tau_c) } else { None };
     Rule {
-        second: Some(&|plant| second(plant, target)),
+        second: Some(&|plant| filtered(&plant.transfer().into(), target, N, |target| second(plant, target))),
         knows: &|plant| is_cancelled(plant),
-        ..Rule::new("IMC-PID", &|plant| first(plant, target))
+        ..Rule::new("IMC-PID", &|plant| filtered(&(*plant).into(), target, N, |target| first(plant, target)))
     }
     .on(model, wish)
+}
+
+/// The settings with a filter, `tau_c` such that the loop with it has the margin.
+fn filtered(
+    plant: &Model,
+    target: ImcTarget,
+    N: Option<f64>,
+    settings: impl Fn(ImcTarget) -> Found,
+) -> Found {
+    let (bare, tau_c) = settings(target)?;
+    let Some(N) = N.filter(|_| bare.Tf == 0.0) else { return Ok((bare, tau_c)) };
+    let with_filter = |tau_c: f64| {
+        settings(ImcTarget::TauC(tau_c)).map(|(pid, tau_c)| (Pid { Tf: pid.Td / N, ..pid }, tau_c))
+    };
+    if matches!(target, ImcTarget::TauC(_)) {
+        return with_filter(tau_c);
+    }
+    let missing = |tau_c: f64| {
+        let found = with_filter(tau_c).and_then(|(pid, _)| margins(plant, &pid));
+        found.map_or(f64::NAN, |m| match target {
+            ImcTarget::PhaseMargin(degrees) => m.phase_deg - degrees,
+            _ => m.gain - target.value(),
+        })
+    };
+    // The filter costs margin, but where the dead time is far longer than the lag.
+    let most = 10.0 * (tau_c + plant.transfer().map_or(0.0, |G| G.L));
+    let (low, high) = if missing(tau_c) > 0.0 { (0.5 * tau_c, tau_c) } else { (tau_c, most) };
+    with_filter(root(low, high, missing))
 }
 
 fn first(&Fopdt { K, T, L }: &Fopdt, target: ImcTarget) -> Found {
@@ -116,7 +148,7 @@ mod tests {
     const L: f64 = 0.1;
 
     fn tau_c(target: ImcTarget) -> f64 {
-        imc_pid(&Fopdt { K: -2.0, T: 0.3, L }.into(), target).expect("settings").tau_c / L
+        imc_pid(&Fopdt { K: -2.0, T: 0.3, L }.into(), target, None).expect("settings").tau_c / L
     }
 
     /// Source 001 as corrected: 3 needs 1.433589 L, 60 degrees 0.637557 L.

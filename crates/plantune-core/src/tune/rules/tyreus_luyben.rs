@@ -4,7 +4,7 @@
 //! PI:   Kp = K_u / 3.2,  Ti = 2.2 T_u
 //! PID:  Kp = K_u / 2.2,  Ti = 2.2 T_u,  Td = T_u / 6.3,  Tf = Td / 10
 //! first order:  w L + atan(w T) = pi,  K_u = sqrt(1 + (w T)^2) / K,  T_u = 2 pi / w
-//! any other:    K_u the gain margin under a proportional controller, w where it is met
+//! any other:    K_u = 1 / |G(j w)| at the largest one where G / K turns to -180 degrees
 //! ```
 //!
 //! B. D. Tyreus and W. L. Luyben, Tuning PI controllers for integrator/dead time processes, Ind. Eng. Chem.
@@ -18,7 +18,7 @@ use super::{Terms, check_delayed, pid};
 use crate::error::{Error, Result};
 use crate::model::{Fopdt, Model, Pid};
 use crate::tune::half_rule::Factors;
-use crate::tune::margins::margins;
+use crate::tune::open_loop::{OpenLoop, crosses_negative_axis, root};
 use crate::tune::rule::Settings;
 
 /// Settings; the plant must have an ultimate gain, as every one with a dead time has.
@@ -49,12 +49,22 @@ pub(in crate::tune) fn ultimate(model: &Fopdt) -> (f64, f64) {
 }
 
 fn ultimate_of_any(model: &Model, sign: f64) -> Result<(f64, f64)> {
-    let unit = margins(model, &Pid { Ki: 0.0, ..Pid::pi(sign, 1.0) })?;
-    if unit.gain.is_finite() && unit.gain > 0.0 {
-        return Ok((sign * unit.gain, 2.0 * PI / unit.w_gain));
+    let open = OpenLoop::new(model, &Pid { Ki: 0.0, ..Pid::pi(sign, 1.0) })?;
+    let grid = open.grid();
+    let turned = grid.windows(2).filter(|w| crosses_negative_axis(open.at(w[0]), open.at(w[1])));
+    let point = |w: &[f64]| {
+        let w = root(w[0], w[1], |w| open.at(w).im);
+        (open.at(w), w)
+    };
+    // The least gain at which the loop stands at -1.
+    let crossings = turned.map(point).filter(|(L, _)| L.re < 0.0);
+    match crossings.max_by(|(a, _), (b, _)| a.norm().total_cmp(&b.norm())) {
+        Some((L, w)) => Ok((sign / L.norm(), 2.0 * PI / w)),
+        None => {
+            Err(Error::new("M12", "Tyreus-Luyben needs an ultimate gain: no gain makes this plant oscillate")
+                .remedy("use imc_pi or simc with tau_c, the wished closed-loop time constant in seconds"))
+        }
     }
-    Err(Error::new("M12", "Tyreus-Luyben needs an ultimate gain: no gain makes this plant oscillate")
-        .remedy("use imc_pi or simc with tau_c, the wished closed-loop time constant in seconds"))
 }
 
 #[cfg(test)]
