@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.models import PID, ProcessModel
+from plantune.models import PID
 from plantune.models.base import LinearModel
 from plantune.notes import Note, notes_from_core
 from plantune.record import Floats
@@ -124,7 +124,7 @@ def step(model: LinearModel, pid: PID, t_end: float | None = None, **loop: Any) 
     (5.643, 0.2138)
     >>> third = ProcessModel(K=1.0, T=(1.0, 1.0, 1.0))
     >>> round(step(third, PID(Kp=1.14, Ti=2.511)).indices.overshoot, 1)
-    9.4
+    8.2
     """
     if t_end is None:
         t_end = _core.default_horizon(model, pid)
