@@ -548,9 +548,9 @@ mod tests {
             let response = run(&model, &pid, settings);
             let mut plant = SampledPlant::new(&model, Ts, 0.0, 2.0).expect("a plant");
             let mut controller = SampledPid::new(&pid, Ts, limits, AntiWindup::Clamping, 2.0, 0.0);
-            for k in 0..r.len() {
+            for (k, &r) in r.iter().enumerate() {
                 assert_eq!(response.y[k], plant.output());
-                let u = controller.step(r[k], plant.output(), 0.0);
+                let u = controller.step(r, plant.output(), 0.0);
                 assert_eq!(response.u[k], u);
                 plant.step(u);
             }
