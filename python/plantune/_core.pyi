@@ -15,6 +15,7 @@ from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
 from plantune.notes import Limits
 from plantune.record import Record
+from plantune.simulate import Actuator, Schedule, VaryingPlant
 from plantune.tune.optimal import Wish
 from plantune.validate import Verdict
 
@@ -173,6 +174,29 @@ def pid_transfer(pid: PID) -> tuple[list[float], list[float]]:
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""
 
+def to_form(
+    pid: PID, form: str, pv_span: float | None, op_span: float | None, minutes: bool
+) -> dict[str, float]:
+    """Return settings by their letters; a U01 may have the nearest and its deviation as result."""
+
+def from_form(
+    form: str,
+    settings: list[float],
+    rest: PID,
+    pv_span: float | None,
+    op_span: float | None,
+    minutes: bool,
+) -> Fields:
+    """Fields of `PID` but `c filter Ts`; `rest` has the weights, filter and sample time."""
+
+def enter(
+    pid: PID, profile: object, pv_span: float | None, op_span: float | None, digits: int | None
+) -> Fields:
+    """`values direct c notes`, and fields of `PID` as `controller` and `unrounded`.
+
+    `profile` has `form gain signed settings`.  A refusal as of `to_form`.
+    """
+
 def c2d(model: Model, Ts: float) -> Fields:
     """Fields of `PolyModel`, every polynomial of an input in a list."""
 
@@ -198,21 +222,42 @@ def over_record(
     """
 
 def closed_loop(
-    model: ProcessModel,
+    plant: LinearModel | VaryingPlant,
     pid: PID,
     dt: float,
     r: Floats,
-    d: Floats,
-    noise: Floats,
-    offset: float,
-    u0: float,
+    out: Floats,
+    *,
+    d: Floats | None = None,
+    dy: Floats | None = None,
+    noise: Floats | None = None,
+    p: Floats | None = None,
+    manual: Floats | None = None,
+    offset: float = 0.0,
+    u0: float = 0.0,
+    actuator: Actuator | None = None,
+    y_step: float = 0.0,
+    anti_windup: str = "clamping",
+    Tt: float | None = None,
+    settings: list[tuple[int, PID]] = ...,
+    schedule: Schedule | None = None,
 ) -> Fields:
-    """Fields of `Response`, `indices` as a dict; every `r d noise` holds for `dt`."""
+    """Fill the rows `t r y u` of `out` (4, N + 1), every signal held for `dt`.
 
-def default_horizon(model: ProcessModel, pid: PID) -> float:
+    Gives the `rows` filled, `indices` and `notes` as dicts; `anti_windup` is "clamping",
+    "back_calculation" or "none".
+    """
+
+def simulate_varying(plant: VaryingPlant, u: Floats, Ts: float, u0: float) -> Floats:
+    """Output of a plant that varies, from rest at `u0`."""
+
+def table(axes: list[list[float]], values: list[float], points: Floats) -> Floats:
+    """Values of a table, row-major, at points (N, signals); multilinear, held at the edges."""
+
+def default_horizon(model: LinearModel, pid: PID) -> float:
     """Seconds until a loop of sound settings has settled many times over."""
 
-def load_horizon(model: ProcessModel, pid: PID) -> float:
+def load_horizon(model: LinearModel, pid: PID) -> float:
     """As `default_horizon`, and until a load has died out, at most 50 times as long."""
 
 def simulate_relay(

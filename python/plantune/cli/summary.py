@@ -58,16 +58,14 @@ def rules_table(comparison: Comparison) -> Table:
     """Set the rules side by side."""
     derivative = any(row.tuning.controller.Td for row in comparison.rows)
     terms = ("Kp", "Ti", "Td") if derivative else ("Kp", "Ti")
-    effort = () if derivative else ("of u, %",)  # a line has room for so many
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("rule", min_width=20)
-    for heading in (*terms, "Ms", "overshoot, %", *effort, "IAE load"):
+    for heading in (*terms, "Ms", "overshoot, %", "IAE load"):
         table.add_column(heading, justify="right")
     for row in comparison.rows:
         pid, steps = row.tuning.controller, row.set_point.indices
         values = [pid.Kp, pid.Ti, pid.Td] if derivative else [pid.Kp, pid.Ti]
         values += [row.tuning.margins.Ms, steps.overshoot]
-        values += [] if derivative else [steps.control_overshoot]
         cells = [number(x, 3) for x in (*values, row.load.indices.iae)]
         table.add_row(row.tuning.rule.replace("_", " "), *cells)
     return table

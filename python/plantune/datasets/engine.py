@@ -90,19 +90,20 @@ def engine_loop(
     N, rows_held = round(t_end / _TS), _whole_rows(hold)
     r = _SET_POINT + _AMPLITUDE * _core.prbs(N, rows_held, _PRBS_BITS, seed)
     noise = np.random.default_rng(seed).normal(0.0, noise_var**0.5, N)
-    run = _core.closed_loop(
+    _, _, y, u = out = np.empty((4, N + 1))
+    _core.closed_loop(
         ProcessModel(K=ENGINE_LOOP.K, T=ENGINE_LOOP.T, L=L),
         PID(Kp=_KP, Ti=_KP / _KI, Ts=_TS),
         _TS,
         r,
-        np.zeros(N),
-        noise,
-        ENGINE_LOOP.offset,
-        (_SET_POINT - ENGINE_LOOP.offset) / ENGINE_LOOP.K,
+        out,
+        noise=noise,
+        offset=ENGINE_LOOP.offset,
+        u0=(_SET_POINT - ENGINE_LOOP.offset) / ENGINE_LOOP.K,
     )
     return Record(
-        u=run["u"][:N],
-        y=run["y"][:N] + noise,
+        u=u[:N],
+        y=y[:N] + noise,
         r=r,
         Ts=_TS,
         u_names=("actuator",),

@@ -1,339 +1,480 @@
-//! A first-order plant with exact dead time in a loop with a PID controller, continuous or sampled.
+//! A plant with exact dead time in a loop with a PID controller, continuous or sampled.
 //!
-//! Time runs on nodes `h` apart. Between nodes the plant input is taken as a straight line (a constant
-//! when the controller is sampled), with jumps at nodes; the plant's answer to such an input is exact for
-//! any dead time. The only approximation is the straight line, of order `h^2`.
+//! ```text
+//! sampled      every Ts:  read y, compute u, hold it; exact at the samples and in between
+//! continuous   nodes h apart, u a straight line in between, with jumps at nodes; of order h^2
+//! y = G (position(u) + d) + O + dy,   u = controller(r, y + noise) + p
+//! ```
 //!
-//! Source 001, 3.4 and 3.7.6, with the exact delay instead of its Taylor and Padé forms.
+//! A loop over a record is [`SampledPid::step`] and [`Plant::run`] in a loop. The plants are
+//! [`super::plant`], [`super::ramped`] and [`super::varying`], the controllers [`super::controller`] and
+//! [`super::continuous`]. Source 001, 3.4 and 3.7.6, with the exact delay instead of its Taylor and Padé forms.
 
+use super::actuator::{Actuator, quantised, within};
+use super::continuous::{Answer, ContinuousPid};
+use super::controller::{AntiWindup, SampledPid};
+use super::horizon::time_scale;
+use super::indices::{Course, Indices, Move, Sums};
+use super::plant::{Plant, SampledPlant, resting};
+use super::ramped::Ramped;
+use super::schedule::Schedule;
+use super::state::{FirstOrder, General, State};
+use super::varying::{Varying, VaryingPlant};
 use crate::error::{Error, Result};
-use crate::model::{Fopdt, Pid};
+use crate::model::{Model, Pid, Realisation};
+use crate::note::{Note, Place};
 
-/// Most nodes of one simulation.
+/// Most nodes of one continuous simulation.
 const MOST_NODES: usize = 5_000_000;
+/// An output as many times larger than its set point and start ends the simulation.
+const RUNAWAY: f64 = 1e9;
 
 /// What the loop is asked to do; all signals are constant over steps of `dt`.
 #[derive(Clone, Debug)]
 pub struct ClosedLoopSettings<'s> {
-    /// Length of a step of `r`, `d` and `noise`, s; the sample time of a sampled controller.
+    /// Length of a step, s; the sample time of a sampled controller.
     pub dt: f64,
-    /// Set point.
+    /// Set point; the other signals are as long.
     pub r: &'s [f64],
-    /// Disturbance at the plant input; as long as `r`.
-    pub d: &'s [f64],
-    /// Added to what a sampled controller reads; as long as `r`.
-    pub noise: &'s [f64],
+    /// Disturbance at the plant input.
+    pub d: Option<&'s [f64]>,
+    /// Added to the plant output.
+    pub dy: Option<&'s [f64]>,
+    /// Added to what a sampled controller reads.
+    pub noise: Option<&'s [f64]>,
+    /// Pre-control, added to the controller output.
+    pub p: Option<&'s [f64]>,
+    /// Output in manual; NaN where the controller is in automatic.
+    pub manual: Option<&'s [f64]>,
     /// `O` in `y = G u + O`.
     pub offset: f64,
     /// Input before time 0, at which the loop was in equilibrium.
     pub u0: f64,
+    /// Limits, rate, dead band and step of u.
+    pub actuator: Actuator,
+    /// Step of the y that a sampled controller reads; 0 for none.
+    pub y_step: f64,
+    /// What the integral does at a limit.
+    pub anti_windup: AntiWindup,
+    /// Settings from a row on, ascending.
+    pub settings: &'s [(usize, Pid)],
+    /// Settings that change from row to row.
+    pub schedule: Schedule<'s>,
     /// Nodes per time scale of a continuous loop; 1000 is exact to about 1e-6.
     pub fineness: f64,
 }
 
-/// Signals on all nodes, `h` apart; `u` may jump at a node.
+impl<'s> ClosedLoopSettings<'s> {
+    /// A set point, and nothing else.
+    pub fn new(dt: f64, r: &'s [f64]) -> Self {
+        ClosedLoopSettings {
+            dt,
+            r,
+            d: None,
+            dy: None,
+            noise: None,
+            p: None,
+            manual: None,
+            offset: 0.0,
+            u0: 0.0,
+            actuator: Actuator::default(),
+            y_step: 0.0,
+            anti_windup: AntiWindup::Clamping,
+            settings: &[],
+            schedule: Schedule::default(),
+            fineness: 1000.0,
+        }
+    }
+
+    /// A signal in a row; the last row goes on.
+    #[inline(always)]
+    fn of(&self, x: Option<&[f64]>, row: usize) -> f64 {
+        x.map_or(0.0, |x| x[row.min(x.len() - 1)])
+    }
+}
+
+/// Rows of a response, and what they amount to.
 #[derive(Clone, Debug)]
 pub struct ClosedLoop {
-    /// Distance of nodes, s.
-    pub h: f64,
-    /// Nodes per step of the settings.
-    pub stride: usize,
-    /// Set point from each node on.
-    pub r: Vec<f64>,
-    /// Plant output, without noise.
+    /// Plant output without noise, from row 0 to the end of the last step.
     pub y: Vec<f64>,
-    /// Controller output before each node's jump.
-    pub u_left: Vec<f64>,
-    /// Controller output from each node on.
+    /// Controller output from each row on.
     pub u: Vec<f64>,
-    /// Output and input before time 0.
-    pub start: (f64, f64),
-    /// Controller output that holds the last set point against the last disturbance.
+    /// How it ended.
+    pub run: LoopRun,
+}
+
+/// What a simulation amounts to.
+#[derive(Clone, Debug)]
+pub struct LoopRun {
+    /// Rows written.
+    pub rows: usize,
+    /// Indices from true integrals.
+    pub indices: Indices,
+    /// Controller output that holds the last set point against the last disturbances.
     pub u_final: f64,
+    /// Whether the loop ran away.
+    pub notes: Vec<Note>,
+}
+
+/// The plant of a loop.
+#[derive(Clone, Copy, Debug)]
+pub enum LoopPlant<'s> {
+    /// One model throughout.
+    Fixed(&'s Model),
+    /// Parameters of every row; the offset is its own.
+    Varying(&'s Varying<'s>),
 }
 
 /// Simulates the loop over `r.len()` steps.
-pub fn closed_loop(model: &Fopdt, pid: &Pid, settings: &ClosedLoopSettings) -> Result<ClosedLoop> {
-    check(pid, settings)?;
-    crate::model::check_fopdt(model)?;
-    let stride = nodes_per_step(model, pid, settings.dt, settings.fineness)?;
-    let steps = settings.r.len();
-    if steps.saturating_mul(stride) > MOST_NODES {
-        return Err(Error::argument(
-            "t_end",
-            settings.dt * steps as f64,
-            "shorter: the dead time is too small a part of it",
-        ));
-    }
-    let h = settings.dt / stride as f64;
-    let nodes = steps * stride;
-    let at = |x: &[f64], k: usize| x[(k / stride).min(steps - 1)];
+pub fn closed_loop(model: &Model, pid: &Pid, settings: &ClosedLoopSettings) -> Result<ClosedLoop> {
+    let rows = settings.r.len() + 1;
+    let (mut y, mut u) = (vec![0.0; rows], vec![0.0; rows]);
+    let run = closed_loop_into(LoopPlant::Fixed(model), pid, settings, &mut y, &mut u)?;
+    y.truncate(run.rows);
+    u.truncate(run.rows);
+    Ok(ClosedLoop { y, u, run })
+}
 
-    let y0 = model.K * settings.u0 + settings.offset;
-    let mut plant = Plant::new(model, h, settings.u0, nodes);
-    let mut controller = Controller::new(pid, h, y0, settings.u0);
-    let mut out = ClosedLoop {
-        h,
-        stride,
-        r: Vec::with_capacity(nodes + 1),
-        y: Vec::with_capacity(nodes + 1),
-        u_left: Vec::with_capacity(nodes + 1),
-        u: Vec::with_capacity(nodes + 1),
-        start: (y0, settings.u0),
-        u_final: (at(settings.r, nodes) - settings.offset) / model.K - at(settings.d, nodes),
-    };
-    let mut u_left = settings.u0;
-    for k in 0..=nodes {
-        let (r, d) = (at(settings.r, k), at(settings.d, k));
-        let y = settings.offset + plant.x;
-        let u = match pid.Ts {
-            Some(Ts) if k % stride == 0 && k < nodes => controller.sample(r, y + at(settings.noise, k), Ts),
-            Some(_) => u_left,
-            None => controller.jump(r, y),
-        };
-        out.r.push(r);
-        out.y.push(y);
-        out.u_left.push(u_left);
-        out.u.push(u);
-        plant.push_right(u + d);
-        if k == nodes {
-            break;
+/// As [`closed_loop`], into the caller's memory, `r.len() + 1` rows each.
+pub fn closed_loop_into(
+    plant: LoopPlant,
+    pid: &Pid,
+    settings: &ClosedLoopSettings,
+    y: &mut [f64],
+    u: &mut [f64],
+) -> Result<LoopRun> {
+    let mut rows = Rows::new(plant, pid, settings, y, u)?;
+    let (u0, offset) = (settings.u0, settings.offset);
+    let written = match (plant, pid.Ts) {
+        (LoopPlant::Varying(parameters), Some(Ts)) => {
+            rows.sampled(VaryingPlant::new(parameters, settings.r.len(), Ts, u0)?, pid, Ts)
         }
-        u_left = if pid.Ts.is_some() {
-            plant.advance(u + d);
-            u
-        } else {
-            // y(k+1) = free + gain v(k+1) and u(k+1) = open - slope y(k+1): one linear equation.
-            let (free, gain) = plant.ahead();
-            let (open, slope) = controller.ahead(r);
-            let free = free + settings.offset;
-            let next = (open - slope * (free + gain * d)) / (1.0 + slope * gain);
-            plant.advance(next + d);
-            controller.advance(r, settings.offset + plant.x);
-            next
+        (LoopPlant::Varying(_), None) => {
+            return Err(Error::argument("pid", "continuous", "sampled for a varying plant: give it a Ts"));
+        }
+        (LoopPlant::Fixed(model), Some(Ts)) => match SampledPlant::new(model, Ts, u0, offset)? {
+            SampledPlant::First(plant) => rows.sampled(plant, pid, Ts),
+            SampledPlant::General(plant) => rows.sampled(plant, pid, Ts),
+            SampledPlant::Poly(plant) => rows.sampled(plant, pid, Ts),
+        },
+        (LoopPlant::Fixed(model), None) => {
+            let stride = nodes_per_step(model, pid, settings)?;
+            match (model.first_order(), model.transfer()) {
+                (Some(first), _) => rows.continuous(FirstOrder::new(&first), first.L, pid, stride)?,
+                (None, Some(G)) => {
+                    rows.continuous(General::new(Realisation::of(&G), G.poles()), G.L, pid, stride)?
+                }
+                (None, None) => {
+                    let needed = "sampled for a PolyModel: give it the Ts of the model";
+                    return Err(Error::argument("pid", "continuous", needed));
+                }
+            }
+        }
+    };
+    Ok(rows.finish(written))
+}
+
+/// Rows written, and indices.
+type Ended = (usize, Indices);
+
+/// A loop at work: what it is asked, and what has come of it.
+struct Rows<'a, 's> {
+    s: &'a ClosedLoopSettings<'s>,
+    y: &'a mut [f64],
+    u: &'a mut [f64],
+    course: Course,
+    y0: f64,
+    u_final: f64,
+    /// No sound response goes beyond.
+    bound: f64,
+}
+
+impl<'a, 's> Rows<'a, 's> {
+    fn new(
+        plant: LoopPlant,
+        pid: &Pid,
+        s: &'a ClosedLoopSettings<'s>,
+        y: &'a mut [f64],
+        u: &'a mut [f64],
+    ) -> Result<Self> {
+        let largest = check(pid, s)?;
+        if y.len() != s.r.len() + 1 || u.len() != y.len() {
+            let came = format!("{} and {} long", y.len(), u.len());
+            return Err(Error::argument("y, u", came, &format!("{} long", s.r.len() + 1)));
+        }
+        let (y0, K, offset) = match plant {
+            LoopPlant::Fixed(model) => {
+                model.check()?;
+                (resting(model, s.u0, s.offset), model.dc_gain()[0], s.offset)
+            }
+            LoopPlant::Varying(parameters) => {
+                parameters.check(s.r.len())?;
+                let ((first, offset), (last, end)) = (parameters.at(0), parameters.at(s.r.len() - 1));
+                (first.K * s.u0 + offset, last.K, end)
+            }
         };
+        let end = s.r.len() - 1;
+        let (r, d) = (s.r[end], s.of(s.d, end));
+        let u_final = if K.is_finite() { (r - s.of(s.dy, end) - offset) / K - d } else { s.u0 - d };
+        let course = Course::new(Move { from: y0, to: r }, Move { from: s.u0, to: u_final });
+        Ok(Rows { s, y, u, course, y0, u_final, bound: RUNAWAY * (1.0 + y0.abs() + largest) })
     }
-    Ok(out)
+
+    /// Every sample: read, compute, hold.
+    fn sampled(&mut self, mut plant: impl Plant, pid: &Pid, Ts: f64) -> Ended {
+        let s = self.s;
+        let mut sums = Sums::new(&mut self.course);
+        let read = quantised(plant.output(), s.y_step);
+        let mut settings = Settings::new(pid, s);
+        let mut controller = SampledPid::new(&settings.first(), Ts, s.actuator, s.anti_windup, read, s.u0);
+        let (mut position, follows) = (s.u0, s.actuator.follows());
+        let end = s.r.len();
+        for k in 0..end {
+            let (r, dy, p) = (s.r[k], s.of(s.dy, k), s.of(s.p, k));
+            let y = plant.output() + dy;
+            if let Some(pid) = settings.change(k) {
+                controller.set(&pid);
+            }
+            let read = quantised(y + s.of(s.noise, k), s.y_step);
+            let mut u = match s.manual {
+                Some(manual) if !manual[k].is_nan() => controller.hold(r, read, p, manual[k]),
+                _ => controller.step(r, read, p),
+            };
+            if follows {
+                position = u;
+            } else {
+                (u, position) = s.actuator.position(u, position);
+            }
+            (self.y[k], self.u[k]) = (y, u);
+            if !(y.abs() < self.bound) {
+                return (k + 1, sums.indices());
+            }
+            sums.step(k as f64 * Ts, r, dy);
+            sums.held(Ts, u);
+            plant.run(position + s.of(s.d, k), &mut sums);
+        }
+        self.y[end] = plant.output() + s.of(s.dy, end);
+        self.u[end] = self.u[end - 1];
+        (end + 1, sums.indices())
+    }
+
+    /// From node to node, `stride` of them per row.
+    fn continuous<S: State>(&mut self, state: S, L: f64, pid: &Pid, stride: usize) -> Result<Ended> {
+        let (s, y0) = (self.s, self.y0);
+        let mut sums = Sums::new(&mut self.course);
+        let h = s.dt / stride as f64;
+        let mut plant = Ramped::new(state, L, h)?;
+        let mut settings = Settings::new(pid, s);
+        let mut controller = ContinuousPid::new(&settings.first(), h, s.actuator, s.anti_windup, y0, s.u0);
+        let nodes = s.r.len() * stride;
+        let mut row = 0;
+        for node in 0..=nodes {
+            let (starts, k) = (node == row * stride, (node / stride).min(s.r.len() - 1));
+            let (r, p, dy) = (s.r[k], s.of(s.p, k), s.of(s.dy, k));
+            // The plant moves away from its rest at u0, y0.
+            let (shift, base) = (s.of(s.d, k) - s.u0, y0 + dy);
+            if starts && let Some(pid) = settings.change(row) {
+                controller.set(&pid);
+            }
+            let manual = s.manual.map(|x| x[k]).filter(|u| !u.is_nan());
+
+            // Just after the node.
+            let now = plant.now();
+            let wanted = manual.unwrap_or_else(|| {
+                solved(controller.now(r, p), [now.free, 0.0], [now.gain, 0.0], shift, [base, 0.0])
+            });
+            let u = within(wanted, controller.reach(0.0));
+            let y = base + now.at(u + shift);
+            controller.begin(r, p, y, u);
+            if manual.is_some() {
+                controller.hold(u);
+            }
+            if starts {
+                (self.y[row], self.u[row]) = (y, u);
+                sums.step(k as f64 * s.dt, r, dy);
+                row += 1;
+            }
+            if !(y.abs() < self.bound) {
+                (self.y[row - 1], self.u[row - 1]) = (y, u);
+                return Ok((row, sums.indices()));
+            }
+            if node == nodes {
+                sums.end(u);
+                break;
+            }
+
+            // Until just before the next one.
+            let [end, area] = plant.ahead(u + shift);
+            let wanted = manual.unwrap_or_else(|| {
+                solved(
+                    controller.ahead(),
+                    [end.free, area.free],
+                    [end.gain, area.gain],
+                    shift,
+                    [base, base * h],
+                )
+            });
+            let next = within(wanted, controller.reach(h));
+            let v = next + shift;
+            let reached = controller.run(base + end.at(v), base * h + area.at(v));
+            let next = if manual.is_some() {
+                controller.hold(next);
+                next
+            } else {
+                reached
+            };
+            plant.run(next + shift, &mut sums, y0);
+            sums.line(h, u, next);
+        }
+        Ok((row, sums.indices()))
+    }
+
+    fn finish(self, (rows, indices): Ended) -> LoopRun {
+        let mut notes = Vec::new();
+        if rows < self.y.len() {
+            let t = (rows - 1) as f64 * self.s.dt;
+            let text = format!(
+                "the loop is unstable: y is {:.1e} after {t:.4} s, where the response ends",
+                self.y[rows - 1]
+            );
+            notes.push(
+                Note::warning("M02", text)
+                    .at(Place { column: "y".to_owned(), row: Some(rows - 1), time: Some(t) })
+                    .measured(self.y[rows - 1].abs(), self.bound)
+                    .remedy("lower the gain, or look at tune.stability"),
+            );
+        }
+        LoopRun { rows, indices, u_final: self.u_final, notes }
+    }
 }
 
-/// Seconds until a loop of sound settings has settled many times over.
-pub fn default_horizon(model: &Fopdt, pid: &Pid) -> Result<f64> {
-    crate::model::check_fopdt(model)?;
-    let closed = if pid.Ki != 0.0 { 1.0 / (model.K * pid.Ki).abs() } else { 0.0 };
-    Ok(12.0 * (closed + model.T / (1.0 + (model.K * pid.Kp).abs()) + model.L))
+/// `u = open - slope y - area int y` where `y` and its integral are `base + free + gain (u + shift)`.
+fn solved(answer: Answer, free: [f64; 2], gain: [f64; 2], shift: f64, base: [f64; 2]) -> f64 {
+    let Answer { open, slope, area } = answer;
+    let known = slope * (base[0] + free[0] + gain[0] * shift) + area * (base[1] + free[1] + gain[1] * shift);
+    (open - known) / (1.0 + slope * gain[0] + area * gain[1])
 }
 
-/// As [`default_horizon`], and until a load has died out: it decays no faster than the integral time.
-///
-/// The fast part of a loop decides how close the nodes lie, so a very slow recovery is cut short.
-pub fn load_horizon(model: &Fopdt, pid: &Pid) -> Result<f64> {
-    let settled = default_horizon(model, pid)?;
-    let recovered = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
-    Ok(recovered.max(settled).min(50.0 * settled))
+/// Controller settings from row to row.
+struct Settings<'a> {
+    base: Pid,
+    changes: &'a [(usize, Pid)],
+    schedule: Schedule<'a>,
+    scheduled: bool,
 }
 
-fn check(pid: &Pid, settings: &ClosedLoopSettings) -> Result<()> {
+impl<'a> Settings<'a> {
+    fn new(pid: &Pid, s: &'a ClosedLoopSettings) -> Self {
+        Settings { base: *pid, changes: s.settings, schedule: s.schedule, scheduled: !s.schedule.is_empty() }
+    }
+
+    /// Those with which the loop was at rest.
+    fn first(&mut self) -> Pid {
+        self.change(0).unwrap_or(self.base)
+    }
+
+    /// New ones that begin with a row.
+    #[inline(always)]
+    fn change(&mut self, row: usize) -> Option<Pid> {
+        let mut changed = self.scheduled;
+        while let Some(((at, pid), rest)) = self.changes.split_first()
+            && *at <= row
+        {
+            (self.base, self.changes, changed) = (*pid, rest, true);
+        }
+        if !changed {
+            return None;
+        }
+        let last = self.schedule.rows().saturating_sub(1);
+        Some(self.schedule.at(row.min(last), &self.base))
+    }
+}
+
+/// Refuses what does not go together; returns the largest set point.
+fn check(pid: &Pid, s: &ClosedLoopSettings) -> Result<f64> {
     pid.check()?;
-    let steps = settings.r.len();
-    if steps == 0 || settings.d.len() != steps || settings.noise.len() != steps {
-        let lengths = format!("{steps}, {} and {} long", settings.d.len(), settings.noise.len());
-        return Err(Error::argument("r, d, noise", lengths, "of the same length, at least 1"));
+    let steps = s.r.len();
+    if steps == 0 {
+        return Err(Error::argument("r", "empty", "at least one set point"));
     }
-    if !(settings.dt > 0.0 && settings.dt.is_finite()) {
-        return Err(Error::argument("Ts", settings.dt, "a positive number of seconds"));
+    if !(s.dt > 0.0 && s.dt.is_finite()) {
+        return Err(Error::argument("Ts", s.dt, "a positive number of seconds"));
+    }
+    let signals =
+        [("r", Some(s.r)), ("d", s.d), ("dy", s.dy), ("noise", s.noise), ("p", s.p), ("manual", s.manual)];
+    for (name, x) in signals {
+        let Some(x) = x else { continue };
+        if x.len() != steps {
+            return Err(Error::argument(name, format!("{} long", x.len()), &format!("{steps} long, like r")));
+        }
+        let fine = |x: &f64| x.is_finite() || name == "manual" && x.is_nan();
+        if !x.iter().fold(true, |all, x| all & fine(x)) {
+            return Err(Error::argument(name, "not finite in some row", "finite"));
+        }
+    }
+    for (name, x) in [("offset", s.offset), ("u0", s.u0)] {
+        if !x.is_finite() {
+            return Err(Error::argument(name, x, "finite"));
+        }
+    }
+    s.actuator.check(s.u0)?;
+    if !(s.y_step >= 0.0 && s.y_step.is_finite()) {
+        return Err(Error::argument("y_step", s.y_step, "zero or positive"));
+    }
+    s.anti_windup.check(pid.Ts)?;
+    let all = std::iter::once(pid).chain(s.settings.iter().map(|(_, pid)| pid));
+    for (k, other) in all.enumerate() {
+        other.check()?;
+        s.schedule.check(steps, other)?;
+        if other.Ts != pid.Ts {
+            let came = format!("{:?} in settings {k}", other.Ts);
+            return Err(Error::argument("Ts", came, &format!("{:?}, as the controller has", pid.Ts)));
+        }
+        let unfiltered = other.Td > 0.0 || s.schedule.Td.is_some();
+        if pid.Ts.is_none() && unfiltered && other.Tf == 0.0 {
+            let needed = "positive: an unfiltered derivative answers a step with an impulse";
+            return Err(Error::argument("Tf", 0, needed));
+        }
     }
     match pid.Ts {
-        Some(Ts) if (Ts - settings.dt).abs() > 1e-9 * Ts => {
-            Err(Error::argument("Ts", settings.dt, &format!("{Ts} s, the sample time of the controller")))
+        Some(Ts) if (Ts - s.dt).abs() > 1e-9 * Ts => {
+            Err(Error::argument("Ts", s.dt, &format!("{Ts} s, the sample time of the controller")))
         }
-        None if settings.noise.iter().any(|&n| n != 0.0) => Err(Error::argument(
+        None if s.noise.is_some_and(|noise| noise.iter().any(|&n| n != 0.0)) => Err(Error::argument(
             "noise",
             "given",
             "absent: a continuous controller cannot read white noise; give pid a Ts",
         )),
-        None if pid.Td > 0.0 && pid.Tf == 0.0 => {
-            Err(Error::argument("Tf", 0, "positive: an unfiltered derivative answers a step with an impulse"))
-        }
-        _ => Ok(()),
+        None if !s.actuator.follows() || s.y_step > 0.0 => Err(Error::argument(
+            "dead_band, step, y_step",
+            "given",
+            "absent: a continuous controller has no sample at which to jump; give pid a Ts",
+        )),
+        _ => Ok(s.r.iter().fold(0.0, |largest: f64, r| largest.max(r.abs()))),
     }
 }
 
 /// Nodes so close that the straight line costs about 1e-6 of the indices.
-fn nodes_per_step(model: &Fopdt, pid: &Pid, dt: f64, fineness: f64) -> Result<usize> {
-    let closed = model.T / (1.0 + (model.K * pid.Kp).abs());
-    let scale = if pid.Ts.is_some() {
-        40.0 * model.T.min(dt)
-    } else if pid.Td > 0.0 {
-        closed.max(model.L).min(50.0 * pid.Tf)
-    } else {
-        closed.max(model.L)
-    };
-    let stride = (dt / (scale / fineness)).ceil().max(1.0);
-    if stride < MOST_NODES as f64 {
-        Ok(stride as usize)
-    } else {
-        Err(Error::argument("Ts", dt, &format!("closer to the loop's own time scale, {scale:.3e} s")))
+fn nodes_per_step(model: &Model, pid: &Pid, s: &ClosedLoopSettings) -> Result<usize> {
+    let scale = time_scale(model, pid);
+    let stride = (s.dt / (scale / s.fineness)).ceil().max(1.0);
+    if stride * s.r.len() as f64 <= MOST_NODES as f64 {
+        return Ok(stride as usize);
     }
-}
-
-/// The plant between nodes: `T x' = K v(t - L) - x`, `v` linear between nodes.
-struct Plant {
-    K: f64,
-    x: f64,
-    node: usize,
-    /// Whole nodes of delay.
-    m: usize,
-    /// Weight of the end value at the point where the delayed window splits an interval.
-    split: f64,
-    /// The piece before that node, and the piece after it.
-    first: Piece,
-    second: Piece,
-    v_left: Vec<f64>,
-    v_right: Vec<f64>,
-    v0: f64,
-}
-
-/// One linear piece of input: `x <- a x + K (p begin + q end)`.
-struct Piece {
-    a: f64,
-    begin: f64,
-    end: f64,
-}
-
-impl Piece {
-    fn new(length: f64, T: f64) -> Self {
-        if length <= 0.0 {
-            return Piece { a: 1.0, begin: 0.0, end: 0.0 };
-        }
-        let a = (-length / T).exp();
-        let settled = -(-length / T).exp_m1();
-        let end = 1.0 - settled * T / length;
-        Piece { a, begin: settled - end, end }
-    }
-}
-
-impl Plant {
-    fn new(model: &Fopdt, h: f64, v0: f64, nodes: usize) -> Self {
-        let delay = crate::model::Fraction::of(model.L, h);
-        Plant {
-            K: model.K,
-            x: model.K * v0,
-            node: 0,
-            m: delay.m,
-            split: (h - delay.f) / h,
-            first: Piece::new(delay.f, model.T),
-            second: Piece::new(h - delay.f, model.T),
-            v_left: vec![v0],
-            v_right: Vec::with_capacity(nodes + 1),
-            v0,
-        }
-    }
-
-    fn push_right(&mut self, v: f64) {
-        self.v_right.push(v);
-    }
-
-    fn left(&self, node: isize) -> f64 {
-        if node < 0 { self.v0 } else { self.v_left[node as usize] }
-    }
-
-    fn right(&self, node: isize) -> f64 {
-        if node < 0 { self.v0 } else { self.v_right[node as usize] }
-    }
-
-    /// `x` at the next node as `free + gain v(next)`; the gain is zero once the delay exceeds a node.
-    fn ahead(&self) -> (f64, f64) {
-        let j = self.node as isize - self.m as isize;
-        let mix = |begin: f64, end: f64| begin + self.split * (end - begin);
-        let x = self.first.a * self.x
-            + self.K
-                * (self.first.begin * mix(self.right(j - 1), self.left(j)) + self.first.end * self.left(j));
-        let begin = self.right(j);
-        let known = self.second.a * x + self.K * self.second.begin * begin;
-        if self.m == 0 {
-            let free = known + self.K * self.second.end * (1.0 - self.split) * begin;
-            (free, self.K * self.second.end * self.split)
-        } else {
-            (known + self.K * self.second.end * mix(begin, self.left(j + 1)), 0.0)
-        }
-    }
-
-    /// Moves to the next node, where the input arrives at `v`.
-    fn advance(&mut self, v: f64) {
-        let (free, gain) = self.ahead();
-        self.x = free + gain * v;
-        self.v_left.push(v);
-        self.node += 1;
-    }
-}
-
-/// The controller's memory: integral and derivative filter.
-struct Controller<'p> {
-    pid: &'p Pid,
-    h: f64,
-    integral: f64,
-    filtered: f64,
-    /// Error and filter input just after the last node.
-    e: f64,
-    w: f64,
-    filter: Piece,
-}
-
-impl<'p> Controller<'p> {
-    fn new(pid: &'p Pid, h: f64, y0: f64, u0: f64) -> Self {
-        let w = (pid.c - 1.0) * y0;
-        let filter = if pid.Tf > 0.0 { Piece::new(h, pid.Tf) } else { Piece::new(0.0, 1.0) };
-        Controller { pid, h, integral: u0 - pid.Kp * (pid.b - 1.0) * y0, filtered: w, e: 0.0, w, filter }
-    }
-
-    fn derivative_gain(&self) -> f64 {
-        if self.pid.Td > 0.0 { self.pid.Kp * self.pid.Td / self.pid.Tf } else { 0.0 }
-    }
-
-    /// Output just after a node, at which `r` may have jumped.
-    fn jump(&mut self, r: f64, y: f64) -> f64 {
-        self.e = r - y;
-        self.w = self.pid.c * r - y;
-        self.pid.Kp * (self.pid.b * r - y) + self.integral + self.derivative_gain() * (self.w - self.filtered)
-    }
-
-    /// Output at the next node as `open - slope y`, `r` unchanged.
-    fn ahead(&self, r: f64) -> (f64, f64) {
-        let (Kp, Ki, b, c) = (self.pid.Kp, self.pid.Ki, self.pid.b, self.pid.c);
-        let half = 0.5 * self.h * Ki;
-        let D = self.derivative_gain();
-        let open = Kp * b * r
-            + self.integral
-            + half * (self.e + r)
-            + D * (c * r * (1.0 - self.filter.end)
-                - self.filter.a * self.filtered
-                - self.filter.begin * self.w);
-        (open, Kp + half + D * (1.0 - self.filter.end))
-    }
-
-    fn advance(&mut self, r: f64, y: f64) {
-        self.integral += 0.5 * self.h * self.pid.Ki * (self.e + r - y);
-        let w = self.pid.c * r - y;
-        self.filtered = self.filter.a * self.filtered + self.filter.begin * self.w + self.filter.end * w;
-    }
-
-    /// Backward Euler, once per sample.
-    fn sample(&mut self, r: f64, y: f64, Ts: f64) -> f64 {
-        self.integral += self.pid.Ki * Ts * (r - y);
-        let w = self.pid.c * r - y;
-        let derivative = self.pid.Kp * self.pid.Td / (self.pid.Tf + Ts) * (w - self.filtered);
-        self.filtered += Ts / (self.pid.Tf + Ts) * (w - self.filtered);
-        self.pid.Kp * (self.pid.b * r - y) + self.integral + derivative
-    }
+    let needed = format!(
+        "at most {:.3e} s in all: {MOST_NODES} nodes of the loop's own time scale, {scale:.3e} s",
+        MOST_NODES as f64 * scale / s.fineness
+    );
+    Err(Error::argument("t_end", s.dt * s.r.len() as f64, &needed))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::{Filter, Fopdt, ProcessModel, TransferFunction};
 
-    fn run(model: &Fopdt, pid: &Pid, dt: f64, r: &[f64], offset: f64, u0: f64) -> ClosedLoop {
-        let zero = vec![0.0; r.len()];
-        let settings = ClosedLoopSettings { dt, r, d: &zero, noise: &zero, offset, u0, fineness: 1000.0 };
+    fn run(model: &Model, pid: &Pid, settings: ClosedLoopSettings) -> ClosedLoop {
         closed_loop(model, pid, &settings).expect("a sound loop")
     }
 
@@ -341,9 +482,10 @@ mod tests {
     #[test]
     fn an_integrating_loop_follows_the_method_of_steps() {
         let (model, k) = (Fopdt { K: -2.0, T: 3.0, L: 1.0 }, 0.6);
-        let response = run(&model, &Pid::pi(k * model.T / model.K, model.T), 0.01, &[1.0; 400], 0.0, 0.0);
+        let pid = Pid::pi(k * model.T / model.K, model.T);
+        let response = run(&model.into(), &pid, ClosedLoopSettings::new(0.01, &[1.0; 400]));
         for (j, y) in response.y.iter().enumerate() {
-            let t = j as f64 * response.h;
+            let t = j as f64 * 0.01;
             let ramp = |lags: f64| (t - lags).max(0.0);
             let exact =
                 k * ramp(1.0) - k.powi(2) * ramp(2.0).powi(2) / 2.0 + k.powi(3) * ramp(3.0).powi(3) / 6.0;
@@ -354,14 +496,21 @@ mod tests {
 
     #[test]
     fn a_loop_in_equilibrium_stays_there() {
-        let model = Fopdt { K: -5.939, T: 0.1491, L: 0.107 };
         let (offset, u0) = (583.451, 30.9);
-        let r = [model.K * u0 + offset; 50];
-        for Ts in [None, Some(0.02)] {
-            let pid = Pid { Ts, ..Pid::pi(-0.13, 0.15) };
-            let response = run(&model, &pid, 0.02, &r, offset, u0);
-            assert!(response.y.iter().all(|y| (y - r[0]).abs() < 1e-10), "{Ts:?}");
-            assert!(response.u.iter().all(|u| (u - u0).abs() < 1e-10), "{Ts:?}");
+        let engine = Fopdt { K: -5.939, T: 0.1491, L: 0.107 };
+        let lags = ProcessModel { T: vec![0.1, 0.05], ..ProcessModel::from(engine) };
+        let tank = ProcessModel { K: -2.0, integrating: true, ..lags.clone() };
+        for model in [Model::from(engine), Model::Process(lags), Model::Process(tank)] {
+            let r = [resting(&model, u0, offset); 50];
+            for Ts in [None, Some(0.02)] {
+                for filter in [Filter::D1, Filter::Y2] {
+                    let pid = Pid { Ts, Td: 0.03, Tf: 0.01, b: 0.3, filter, ..Pid::pi(-0.05, 0.15) };
+                    let settings = ClosedLoopSettings { offset, u0, ..ClosedLoopSettings::new(0.02, &r) };
+                    let response = run(&model, &pid, settings);
+                    assert!(response.y.iter().all(|y| (y - r[0]).abs() < 1e-9), "{model:?} {Ts:?}");
+                    assert!(response.u.iter().all(|u| (u - u0).abs() < 1e-9), "{model:?} {Ts:?}");
+                }
+            }
         }
     }
 
@@ -371,7 +520,7 @@ mod tests {
         let (Ts, Kp, Ti) = (0.2, 0.8, 1.5);
         let model = Fopdt { K: 1.5, T: 1.0, L: 0.3 };
         let pid = Pid { Ts: Some(Ts), ..Pid::pi(Kp, Ti) };
-        let response = run(&model, &pid, Ts, &[1.0; 40], 0.0, 0.0);
+        let response = run(&model.into(), &pid, ClosedLoopSettings::new(Ts, &[1.0; 40]));
         let (a, b1, b2, m) = model.sampled(Ts);
         let (mut y, mut u, mut integral) = (vec![0.0], Vec::<f64>::new(), 0.0);
         for k in 0..40 {
@@ -380,22 +529,75 @@ mod tests {
             let before = |lag: usize| if k >= lag { u[k - lag] } else { 0.0 };
             y.push(a * y[k] + b1 * before(m) + b2 * before(m + 1));
         }
-        for (k, y) in y.iter().enumerate() {
-            let ours = response.y[k * response.stride];
-            assert!((ours - y).abs() < 1e-12, "row {k}: {ours} {y}");
+        assert!(y.iter().zip(&response.y).all(|(y, ours)| (ours - y).abs() < 1e-12));
+    }
+
+    /// The loop over a record is the steps of plant and controller, to the bit.
+    #[test]
+    fn a_record_is_its_steps() {
+        let Ts = 0.3;
+        let r: Vec<f64> = (0..200).map(|k| f64::from(k / 20 * 37 % 11)).collect();
+        let limits = Actuator { low: -2.0, high: 3.0, rate: 4.0, ..Actuator::default() };
+        for model in [
+            Model::from(Fopdt { K: 1.5, T: 2.0, L: 0.7 }),
+            Model::Transfer(TransferFunction { num: vec![-0.5, 1.0], den: vec![1.0, 0.8, 1.0], L: 0.4 }),
+        ] {
+            let pid = Pid { Ts: Some(Ts), Td: 0.2, Tf: 0.1, c: 0.5, ..Pid::pi(0.4, 1.5) };
+            let settings =
+                ClosedLoopSettings { offset: 2.0, actuator: limits, ..ClosedLoopSettings::new(Ts, &r) };
+            let response = run(&model, &pid, settings);
+            let mut plant = SampledPlant::new(&model, Ts, 0.0, 2.0).expect("a plant");
+            let mut controller = SampledPid::new(&pid, Ts, limits, AntiWindup::Clamping, 2.0, 0.0);
+            for (k, &r) in r.iter().enumerate() {
+                assert_eq!(response.y[k], plant.output());
+                let u = controller.step(r, plant.output(), 0.0);
+                assert_eq!(response.u[k], u);
+                plant.step(u);
+            }
         }
     }
 
     /// A disturbance at the plant input that is there from the start is what `u0` plus itself would be.
     #[test]
     fn integral_action_removes_an_input_disturbance() {
-        let model = Fopdt { K: 2.0, T: 1.0, L: 0.2 };
+        let model = Model::from(Fopdt { K: 2.0, T: 1.0, L: 0.2 });
         let (r, d) = (vec![0.0; 3000], vec![0.7; 3000]);
-        let settings =
-            ClosedLoopSettings { dt: 0.01, r: &r, d: &d, noise: &r, offset: 0.0, u0: 0.0, fineness: 1000.0 };
-        let response = closed_loop(&model, &Pid::pi(1.0, 1.0), &settings).expect("a sound loop");
-        let last = response.y.len() - 1;
-        assert_eq!(response.u_final, -0.7);
-        assert!(response.y[last].abs() < 1e-9 && (response.u[last] + 0.7).abs() < 1e-9);
+        let settings = ClosedLoopSettings { d: Some(&d), ..ClosedLoopSettings::new(0.01, &r) };
+        let response = run(&model, &Pid::pi(1.0, 1.0), settings);
+        assert_eq!(response.run.u_final, -0.7);
+        assert!(response.y[3000].abs() < 1e-9 && (response.u[3000] + 0.7).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_loop_that_runs_away_ends_with_a_note() {
+        for Ts in [None, Some(0.1)] {
+            let model = Model::from(Fopdt { K: 2.0, T: 1.0, L: 0.5 });
+            let pid = Pid { Ts, ..Pid::pi(10.0, 1.0) };
+            let response = run(&model, &pid, ClosedLoopSettings::new(0.1, &[1.0; 5000]));
+            assert!(response.y.len() < 1000 && response.y.iter().all(|y| y.is_finite()));
+            assert_eq!(response.run.notes[0].code, "M02");
+        }
+    }
+
+    #[test]
+    fn what_does_not_go_together_is_refused() {
+        let model = Model::from(Fopdt { K: 2.0, T: 1.0, L: 0.2 });
+        let (r, short) = ([1.0; 10], [1.0; 9]);
+        let pi = Pid::pi(1.0, 1.0);
+        let base = || ClosedLoopSettings::new(0.1, &r);
+        let stepped = Actuator { step: 0.1, ..Actuator::default() };
+        for (name, pid, settings) in [
+            ("d", pi, ClosedLoopSettings { d: Some(&short), ..base() }),
+            ("noise", pi, ClosedLoopSettings { noise: Some(&r), ..base() }),
+            ("dead_band, step, y_step", pi, ClosedLoopSettings { actuator: stepped, ..base() }),
+            ("Ts", Pid { Ts: Some(0.2), ..pi }, base()),
+            ("Tf", Pid { Td: 1.0, ..pi }, base()),
+            ("u0", pi, ClosedLoopSettings { u0: f64::NAN, ..base() }),
+            ("r", pi, ClosedLoopSettings::new(0.1, &[])),
+            ("t_end", pi, ClosedLoopSettings::new(1e6, &r)),
+        ] {
+            let error = closed_loop(&model, &pid, &settings).expect_err(name);
+            assert_eq!(error.note().place.as_ref().map(|p| p.column.as_str()), Some(name));
+        }
     }
 }

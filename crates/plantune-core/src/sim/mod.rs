@@ -1,9 +1,27 @@
 //! Models at work: over a record, in a closed loop, and under a relay.
 
+mod actuator;
 mod closed_loop;
+mod continuous;
+mod controller;
+mod curve;
+mod horizon;
+mod indices;
 mod over_record;
+mod plant;
+mod ramped;
 mod relay;
+mod schedule;
+mod state;
+mod varying;
 
-pub use closed_loop::{ClosedLoop, ClosedLoopSettings, closed_loop, default_horizon, load_horizon};
+pub use actuator::Actuator;
+pub use closed_loop::{ClosedLoop, ClosedLoopSettings, LoopPlant, LoopRun, closed_loop, closed_loop_into};
+pub use controller::{AntiWindup, SampledPid};
+pub use horizon::{default_horizon, load_horizon};
+pub use indices::{Indices, Watch};
 pub use over_record::{OverRecord, Start, over_record};
+pub use plant::{Plant, SampledPlant};
 pub use relay::{RelaySettings, relay};
+pub use schedule::{Schedule, Table};
+pub use varying::{Varying, VaryingPlant};

@@ -15,7 +15,6 @@
 //! (the cost `J`); O. Garpinger and T. Hagglund, A software tool for robust PID design, IFAC 2008 (least IAE
 //! under Ms and Mt).
 
-use super::indices::indices;
 use super::margins::margins;
 use super::room::{Plant, Robustness};
 use super::rules::Terms;
@@ -326,13 +325,12 @@ fn scaled(pid: &Pid, k: f64) -> Pid {
 
 /// Integrated absolute error after a set-point step `r` and a load `d` at time 0.
 pub fn iae(model: &Model, pid: &Pid, r: f64, d: f64, fineness: f64) -> Result<f64> {
-    let model = &model.first_order().ok_or_else(|| Error::argument("model", "general", "first order"))?;
     let t_end = load_horizon(model, pid)?;
     let dt = pid.Ts.unwrap_or(t_end / 100.0);
     let steps = (t_end / dt).ceil().max(1.0) as usize;
-    let (r, d, none) = (vec![r; steps], vec![d; steps], vec![0.0; steps]);
-    let settings = ClosedLoopSettings { dt, r: &r, d: &d, noise: &none, offset: 0.0, u0: 0.0, fineness };
-    Ok(indices(&closed_loop(model, pid, &settings)?).iae)
+    let (r, d) = (vec![r; steps], vec![d; steps]);
+    let settings = ClosedLoopSettings { d: Some(&d), fineness, ..ClosedLoopSettings::new(dt, &r) };
+    Ok(closed_loop(model, pid, &settings)?.run.indices.iae)
 }
 
 #[cfg(test)]
