@@ -295,7 +295,7 @@ pub fn unstable(re: f64) -> Error {
 }
 
 fn unserved(why: &str) -> Error {
-    Error::new("M12", format!("no tuning rule serves this plant: {why}"))
+    Error::new("M12", format!("the half rule has no model of this plant: {why}"))
         .remedy("judge settings of your own with tune.margins")
 }
 
