@@ -124,7 +124,7 @@ def step(model: LinearModel, pid: PID, t_end: float | None = None, **loop: Any) 
     (5.643, 0.2138)
     >>> third = ProcessModel(K=1.0, T=(1.0, 1.0, 1.0))
     >>> round(step(third, PID(Kp=1.14, Ti=2.511)).indices.overshoot, 1)
-    9.4
+    8.2
     """
     if t_end is None:
         t_end = _core.default_horizon(model, pid)
