@@ -165,11 +165,37 @@ def dc_gain(model: Model) -> list[float]:
 def resonance(model: Model, input: int) -> tuple[float, float] | None:
     """Frequency in rad/s and damping of the poorly damped poles that ring most."""
 
+def horizon(model: Model) -> float:
+    """Seconds until a step response is seen whole."""
+
 def pid_transfer(pid: PID) -> tuple[list[float], list[float]]:
     """Numerator and denominator from the error, descending powers of s, or of z if sampled."""
 
 def gains(pid: PID) -> tuple[float, float]:
     """`Ki, Kd` of a controller."""
+
+def to_form(
+    pid: PID, form: str, pv_span: float | None, op_span: float | None, minutes: bool
+) -> dict[str, float]:
+    """Return settings by their letters; a U01 may have the nearest and its deviation as result."""
+
+def from_form(
+    form: str,
+    settings: list[float],
+    rest: PID,
+    pv_span: float | None,
+    op_span: float | None,
+    minutes: bool,
+) -> Fields:
+    """Fields of `PID` but `c filter Ts`; `rest` has the weights, filter and sample time."""
+
+def enter(
+    pid: PID, profile: object, pv_span: float | None, op_span: float | None, digits: int | None
+) -> Fields:
+    """`values direct c notes`, and fields of `PID` as `controller` and `unrounded`.
+
+    `profile` has `form gain signed settings`.  A refusal as of `to_form`.
+    """
 
 def c2d(model: Model, Ts: float) -> Fields:
     """Fields of `PolyModel`, every polynomial of an input in a list."""
@@ -346,29 +372,53 @@ def judge(
 
 # --- tuning ------------------------------------------------------------------------------------
 
-def check_tunable(K: Interval, T: Interval, Ts: float | None, limits: Limits) -> None:
-    """Refuse a fit with an open sign (X12) or sampled too slowly (M09); `K`, `T` with their sd."""
+def check_tunable(K: Interval, T: Interval | None, Ts: float | None, limits: Limits) -> None:
+    """Refuse a fit with an open sign (X12) or sampled too slowly (M09); slowest `T`."""
 
-def imc_pi(model: Model, target: str, value: float) -> Fields:
-    """`Kp Ti Td Tf tau_c`; the target is "gain_margin", "phase_margin" or "tau_c"."""
+def half_rule(model: Model, order: int, tau_c: float | None) -> Fields:
+    """Fields of the `ProcessModel` of first or second order."""
 
-def simc(model: Model, tau_c: float | None) -> Fields:
-    """As `imc_pi`; without `tau_c` it is the dead time."""
+def controllability_ratio(model: Model) -> float:
+    """`L / (T + L)`."""
+
+def precontrol(model: Model, r: float, load: float, ramp: float) -> float:
+    """Input that holds the set point."""
+
+def imc(model: Model, tau_c: float, order: int | None, delay: str, mirror: bool) -> Fields:
+    """Fields of `IMC` that are computed, each transfer function as its fields."""
+
+def imc_classic(controller: Model, model: Model, w: Floats) -> Complexes:
+    """`C / (1 - C G)` at `w`."""
+
+def imc_costs(L: float, tau_c: float, loop_: str) -> tuple[float, float, float]:
+    """`ise, iae, itae`; the loop is "pi" or "ideal"."""
+
+def imc_pi(model: Model, wish: str, value: float) -> Fields:
+    """`Kp Ti Td Tf tau_c plant reduced`: what the rule was computed on, and whether that is less.
+
+    The wish is "gain_margin", "phase_margin" or "tau_c".
+    """
+
+def imc_pid(model: Model, wish: str, value: float, N: float | None) -> Fields:
+    """As `imc_pi`; `Tf = Td / N`, None for no filter."""
+
+def simc(model: Model, tau_c: float | None, controller: str) -> Fields:
+    """As `imc_pi`; the controller is "PI" or "PID"; without `tau_c` it is the dead time."""
 
 def ziegler_nichols(model: Model, controller: str) -> Fields:
-    """As `imc_pi`, `tau_c` NaN; the controller is "PI" or "PID"."""
+    """As `imc_pi`, `tau_c` NaN."""
 
 def refined_ziegler_nichols(model: Model) -> Fields:
     """As `imc_pi`, `tau_c` NaN."""
 
 def simc_plus(model: Model, tau_c: float | None, controller: str) -> Fields:
-    """As `imc_pi`; without `tau_c` it is L, and L / 2 with a derivative."""
+    """As `simc`; without `tau_c` it is L, and L / 2 with a derivative."""
 
 def amigo(model: Model, controller: str) -> Fields:
     """As `ziegler_nichols`."""
 
 def lambda_(model: Model, tau_c: float | None, controller: str) -> Fields:
-    """As `imc_pi`; without `tau_c` it is 3 T."""
+    """As `simc`; without `tau_c` it is 3 T, of an integrating plant 3 L."""
 
 def cohen_coon(model: Model, controller: str) -> Fields:
     """As `ziegler_nichols`."""

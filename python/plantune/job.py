@@ -18,11 +18,14 @@ from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_cor
 from plantune.record import Record
 from plantune.simulate import Response
 from plantune.text import column
-from plantune.tune import Comparison, Tuning, imc_pi
+from plantune.tune import Comparison, Tuning, imc_pi, optimal
 from plantune.tune import compare as compare_rules
 from plantune.tune.compare import DEFAULT_RULES
 from plantune.validate import Verdict, check, compare, trust
 from plantune.validate.trust import noise_holds
+
+# Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
+_MS = 1.6
 
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
@@ -438,7 +441,7 @@ def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
     recommended = partial(imc_pi, gain_margin=gain_margin)
     comparison = compare_rules(
         run.chosen,
-        (recommended, *DEFAULT_RULES[1:]),
+        (recommended, *DEFAULT_RULES[1:], partial(optimal, Ms=_MS)),
         delay_at_least=run.record.Ts,
         limits=limits,
     )

@@ -69,6 +69,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
         "relay": plot.relay(*relay_test(noise=0.02)),
+        "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),
         "rules": plot.rules(pt.tune.compare(fits[0]), of=rec),
     }
 
@@ -321,3 +322,11 @@ def test_rules_that_share_a_colour_differ_in_their_dash():
     slower = [pt.models.PID(Kp=-0.1 * k, Ti=1.5) for k in range(1, 6)]
     curves = plot.rules(pt.tune.compare(PLANT, slower)).data[1::2]
     assert len({(t.line.color, t.line.dash) for t in curves}) == 5
+
+
+def test_the_border_and_the_cloud_share_one_plane(figures):
+    """More dead time leaves less gain; the cloud surrounds no change."""
+    fig = figures["robustness"]
+    border, cloud = trace(fig, "unstable beyond"), trace(fig, "models that the data leave open")
+    assert abs(np.median(cloud.x)) < 0.5 and abs(np.median(cloud.y) - 1) < 0.1
+    assert np.all(np.diff(border.y) <= 1e-9)

@@ -87,16 +87,16 @@ def test_the_drawing_library_is_there_once(make, tmp_path):
 def test_sections_and_figures_are_there_in_order(page):
     wanted = ["notes", "settings", "rules", "model", "figures", "figure-record", "figure-fit",
               "figure-residuals-0", "figure-residuals-1", "figure-step", "figure-bode",
-              "figure-margins", "figure-loop", "figure-rules", "figure-delay", "indices",
-              "provenance"]  # fmt: skip
+              "figure-margins", "figure-robustness", "figure-loop", "figure-rules",
+              "figure-delay", "indices", "provenance"]  # fmt: skip
     assert [name for name in page.ids if name in wanted] == wanted
     assert len(page.ids) == len(set(page.ids))
 
 
 def test_every_figure_has_its_place_caption_and_alternative_text(page):
-    assert len(page.figures) == 10
+    assert len(page.figures) == 11
     assert set(page.figures) <= set(page.ids)
-    assert page.tags.count("figcaption") == 10
+    assert page.tags.count("figcaption") == 11
 
 
 def test_the_page_says_which_fit_is_which(page, make):

@@ -57,3 +57,22 @@ def test_the_loop_is_robust_for_every_dead_time(controller, ratio):
     assert m.stable and 1.2 < m.Ms < 1.5 and m.Mt < 1.25
     assert m.gain > 3.1 and m.phase_deg > 57
     assert not tuning.notes
+
+
+@given(K=st.floats(0.01, 100.0), L=st.floats(0.01, 100.0))
+def test_integrators_get_the_printed_settings(K, L):
+    """0.35 / (K L), 13.4 L as printed; 0.45 / (K L), 8 L, L / 2."""
+    plant = pt.models.ProcessModel(K=K, T=(), L=L, integrating=True)
+    pi, pid = (amigo(plant, controller=c).controller for c in ("PI", "PID"))
+    assert (pi.Kp, pi.Ti) == approx((0.35 / (K * L), 13.4 * L), rel=4e-3)
+    assert (pid.Kp, pid.Ti, pid.Td) == approx((0.45 / (K * L), 8 * L, L / 2), rel=1e-12)
+
+
+@pytest.mark.parametrize("controller", ["PI", "PID"])
+def test_the_rule_for_integrators_is_the_limit_of_the_other(controller):
+    tank = pt.models.ProcessModel(K=3.0, T=(), L=2.0, integrating=True)
+    lag = pt.models.ProcessModel(K=3e7, T=1e7, L=2.0)
+    ours, theirs = (amigo(plant, controller=controller).controller for plant in (tank, lag))
+    assert (ours.Kp, ours.Ti, ours.Td) == approx((theirs.Kp, theirs.Ti, theirs.Td), rel=1e-5)
+    margins = amigo(tank, controller=controller).margins
+    assert margins.Ms == approx({"PI": 1.41, "PID": 1.45}[controller], abs=0.01)

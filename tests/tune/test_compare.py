@@ -97,6 +97,38 @@ def test_where_no_rule_serves_the_refusal_is_raised():
     assert refusal.value.code == "M12"
 
 
+@pytest.mark.parametrize(
+    "plant, rules",
+    [
+        (OP1, ["IMC-PI", "SIMC", "Ziegler-Nichols", "refined Ziegler-Nichols"]),
+        (
+            pt.models.ProcessModel(K=0.5, T=2.0, L=1.0, integrating=True),
+            ["SIMC", "lambda", "AMIGO", "Tyreus-Luyben", "Ziegler-Nichols"],
+        ),
+        (
+            pt.models.ProcessModel(K=0.5, T=(2.0, 1.0), L=1.0, Tz=-0.5),
+            ["IMC-PI", "IMC-PID", "SIMC", "SIMC PID", "AMIGO"],
+        ),
+        (
+            pt.models.TransferFunction([1.0], [1.0, 3.0, 3.0, 1.0]),
+            ["IMC-PI", "IMC-PID", "SIMC", "SIMC PID", "AMIGO"],
+        ),
+    ],
+    ids=["one lag", "integrating", "inverse", "transfer function"],
+)
+def test_by_default_the_rules_are_those_that_serve_the_plant(plant, rules, monkeypatch):
+    """The responses are those of `simulate`; here only what is tuned counts."""
+    from plantune.tune import compare as verb
+
+    module = __import__("sys").modules[verb.__module__]
+    monkeypatch.setattr(module, "step", lambda *_: None)
+    monkeypatch.setattr(module, "load_step", lambda *_: None)
+    comparison = pt.tune.compare(plant, t_end=1.0)
+    assert [row.tuning.rule.split(",")[0] for row in comparison.rows] == rules
+    assert all(row.tuning.margins.stable for row in comparison.rows)
+    assert not [note for note in comparison.notes if note.severity == "error"]
+
+
 @pytest.mark.parametrize("rules", [[], ["simc"], [pt.tune.simc(OP1)]])
 def test_what_is_no_rule_is_refused(rules):
     with pytest.raises(pt.UsageError, match="rules"):

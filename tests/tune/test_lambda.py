@@ -84,3 +84,45 @@ def test_unrealistic_models_are_not_tuned(K, T):
     with pytest.raises(pt.NotIdentifiable) as refusal:
         lambda_(pt.models.ProcessModel(K=K, T=T, L=0.1), 1.0)
     assert refusal.value.code == "M12"
+
+
+@given(T1=st.floats(0.1, 50.0), ratio=st.floats(0.02, 1.0), L=st.floats(0.0, 10.0))
+def test_two_lags_are_cancelled(T1, ratio, L):
+    """C G = e^(-Ls) / (s (tau_c + L)), but for the filter; tau_c = 3 T1 by default."""
+    T2 = ratio * T1
+    tuning = lambda_(pt.models.ProcessModel(K=-2.0, T=(T2, T1), L=L), controller="PID")
+    pid, a = tuning.controller, 3 * T1 + L
+    assert tuning.tau_c == approx(3 * T1, rel=1e-9)
+    assert (pid.Kp, pid.Ti, pid.Td) == approx(
+        ((T1 + T2) / (-2.0 * a), T1 + T2, T1 * T2 / (T1 + T2)), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("T", [0.0, 0.7, 20.0])
+@pytest.mark.parametrize("controller", ["PI", "PID"])
+def test_integrating_plants_get_the_settings_of_chien_and_fruehauf(controller, T):
+    """As in table 12.1 of Seborg, Edgar, Mellichamp and Doyle, rows M, N and O, c = tau_c."""
+    K, L, c = 0.4, 1.5, 4.0
+    times = (T,) if T else ()
+    plant = pt.models.ProcessModel(K=K, T=times, L=L, integrating=True)
+    pid = lambda_(plant, c, controller=controller).controller
+    if controller == "PI":
+        L += T / 2  # the half rule
+        printed = ((2 * c + L) / (K * (c + L) ** 2), 2 * c + L, 0.0)
+    elif T == 0:
+        printed = (
+            (2 * c + L) / (K * (c + L / 2) ** 2),
+            2 * c + L,
+            (c * L + L**2 / 4) / (2 * c + L),
+        )
+    else:
+        Ti = 2 * c + T + L
+        printed = (Ti / (K * (c + L) ** 2), Ti, (2 * c + L) * T / Ti)
+    assert (pid.Kp, pid.Ti, pid.Td) == approx(printed, rel=1e-12)
+
+
+def test_by_default_an_integrating_plant_is_arrested_in_three_dead_times():
+    plant = pt.models.ProcessModel(K=0.4, T=(), L=1.5, integrating=True)
+    tuning = lambda_(plant)
+    assert tuning.tau_c == 4.5 and tuning.rule == "lambda, tau_c = 3 L"
+    assert tuning.margins.stable and tuning.margins.Ms < 1.65

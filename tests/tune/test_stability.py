@@ -167,6 +167,21 @@ def test_a_dead_time_is_judged_as_by_its_characteristic_roots(seed):
         assert ours.bounds["Kp"] == approx((low, high), rel=1e-6, abs=1e-6 * abs(Kp))
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_the_exact_bound_is_where_the_simulation_begins_to_grow(seed):
+    rng = np.random.default_rng(seed)
+    T, L, K = *10 ** rng.uniform(-1, 1, 2), rng.choice([-1, 1]) * 10 ** rng.uniform(-1, 1)
+    pid = pt.models.PID(0.1 / K, Ti=(T + L) * rng.uniform(0.5, 3))
+    model = pt.models.ProcessModel(K, T, L)
+    edge = max(pt.tune.stability(model, pid).bounds["Kp"], key=abs)
+    for share, stable in ((0.93, True), (1.07, False)):
+        loop = replace(pid, Kp=share * edge)
+        y = pt.simulate.step(model, loop, t_end=150 * max(L, T / (1 + abs(share * edge * K)))).y
+        swing = [np.ptp(part) for part in np.array_split(y, 6)]
+        assert (swing[-1] < swing[-2]) == stable, (share, swing)
+        assert bool(pt.tune.stability(model, loop)) == stable
+
+
 def test_what_makes_no_sense_is_refused():
     model, pid = LOOPS["sampled"]
     for wrong in (

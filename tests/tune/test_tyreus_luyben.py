@@ -46,3 +46,30 @@ def test_beyond_its_range_a_note_says_so_and_the_pid_may_be_unstable():
     assert [note.code for note in tuning.notes] == ["T02", "C07"] and not tuning.margins.stable
     assert (tuning.notes[0].measured, tuning.notes[0].limit) == (7.0, 1.0)
     assert tyreus_luyben(plant).margins.stable
+
+
+@pytest.mark.parametrize(
+    "plant, Ku, Tu",
+    [
+        (pt.models.ProcessModel(0.5, (), 2.0, integrating=True), pi / 2, 8.0),
+        (pt.models.ProcessModel(-2.0, (1.0, 1.0, 1.0)), -4.0, 2 * pi / 3**0.5),
+        (pt.models.TransferFunction([-1.0, 1.0], [1.0, 2.0, 1.0]), 2.0, 2 * pi / 3**0.5),
+    ],
+    ids=["integrator", "three lags", "inverse"],
+)
+def test_any_plant_is_served_by_its_ultimate_point(plant, Ku, Tu):
+    """(1 - s)/(s + 1)^2: at w^2 = 3, (1 - jw)/(1 + jw)^2 = -1/2."""
+    pid = tyreus_luyben(plant).controller
+    assert (pid.Kp, pid.Ti) == approx((Ku / 3.2, 2.2 * Tu), rel=1e-8)
+
+
+def test_what_never_oscillates_is_refused():
+    with pytest.raises(pt.NotIdentifiable) as refusal:
+        tyreus_luyben(pt.models.ProcessModel(2.0, (3.0, 1.0)))
+    assert refusal.value.code == "M12"
+
+
+def test_a_lag_beside_an_integrator_is_out_of_its_range():
+    plant = pt.models.ProcessModel(2.0, 3.0, 1.0, integrating=True)
+    note = tyreus_luyben(plant).notes[0]
+    assert (note.code, note.measured, note.limit) == ("T02", 3.0, 1.0)

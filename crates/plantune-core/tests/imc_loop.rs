@@ -8,7 +8,7 @@ use plantune_core::sim::{ClosedLoopSettings, Indices, closed_loop};
 use plantune_core::tune::{ImcTarget, imc_pi};
 
 fn settings_of(model: &Fopdt) -> Pid {
-    imc_pi(model, ImcTarget::GainMargin(3.0)).expect("settings").0
+    imc_pi(&(*model).into(), ImcTarget::GainMargin(3.0)).expect("settings").pid
 }
 
 /// Indices of the unit step over `30 L`; `K` scales u, `T` cancels, `L` scales time.

@@ -9,6 +9,7 @@
 mod analyze;
 mod batch;
 mod error;
+mod forms;
 mod model;
 mod note;
 mod recursive;
@@ -33,6 +34,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         analyze::register,
         validate::register,
         tune::register,
+        forms::register,
     ] {
         register(m)?;
     }

@@ -18,6 +18,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(dc_gain, m)?)?;
     m.add_function(wrap_pyfunction!(resonance, m)?)?;
     m.add_function(wrap_pyfunction!(gains, m)?)?;
+    m.add_function(wrap_pyfunction!(horizon, m)?)?;
     m.add_function(wrap_pyfunction!(pid_transfer, m)?)?;
     m.add_function(wrap_pyfunction!(c2d, m)?)?;
     m.add_function(wrap_pyfunction!(transfer, m)?)?;
@@ -160,6 +161,13 @@ impl From<PidIn> for Pid {
 fn gains(pid: PidIn) -> (f64, f64) {
     let pid = Pid::from(pid);
     (pid.Ki, pid.Kd())
+}
+
+/// Seconds until a step response is seen whole.
+#[pyfunction]
+fn horizon(model: ModelIn) -> Outcome<f64> {
+    model.0.check()?;
+    Ok(model::horizon(&model.0))
 }
 
 /// Numerator and denominator of a controller from the error, in descending powers of s, or of z if it is sampled.

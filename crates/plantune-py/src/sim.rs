@@ -3,8 +3,8 @@
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods};
 use plantune_core::model::Pid;
 use plantune_core::sim::{
-    self, Actuator, AntiWindup, ClosedLoopSettings, Indices, LoopPlant, RelaySettings, Schedule, Start, Table,
-    Varying,
+    self, Actuator, AntiWindup, ClosedLoopSettings, Indices, LoopPlant, RelaySettings, Schedule, Start,
+    Table, Varying,
 };
 use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
@@ -189,9 +189,7 @@ fn closed_loop<'py>(
     let settings: Vec<(usize, Pid)> = settings.into_iter().map(|(row, pid)| (row, pid.into())).collect();
     let schedule = match &schedule {
         None => Schedule::default(),
-        Some(s) => {
-            Schedule { Kp: view(&s.Kp)?, Ti: view(&s.Ti)?, Ki: view(&s.Ki)?, Td: view(&s.Td)? }
-        }
+        Some(s) => Schedule { Kp: view(&s.Kp)?, Ti: view(&s.Ti)?, Ki: view(&s.Ki)?, Td: view(&s.Td)? },
     };
     let wanted = ClosedLoopSettings {
         d: view(&d)?,
@@ -211,7 +209,8 @@ fn closed_loop<'py>(
     let (pid, rows) = (pid.into(), wanted.r.len() + 1);
     let out = out.as_slice_mut().map_err(PyErr::from)?;
     let mut lines = out.chunks_exact_mut(rows);
-    let (Some(t), Some(r), Some(y), Some(u)) = (lines.next(), lines.next(), lines.next(), lines.next()) else {
+    let (Some(t), Some(r), Some(y), Some(u)) = (lines.next(), lines.next(), lines.next(), lines.next())
+    else {
         return Err(Error::argument("out", "too small", "of four rows").into());
     };
     let varying;
@@ -228,11 +227,7 @@ fn closed_loop<'py>(
         r[rows - 1] = wanted.r.last().copied().unwrap_or(0.0);
         sim::closed_loop_into(plant, &pid, &wanted, y, u)
     })?;
-    Ok(LoopOut {
-        rows: run.rows,
-        indices: run.indices.into(),
-        notes: notes(&run.notes),
-    })
+    Ok(LoopOut { rows: run.rows, indices: run.indices.into(), notes: notes(&run.notes) })
 }
 
 fn winding(name: &str, Tt: Option<f64>) -> plantune_core::Result<AntiWindup> {

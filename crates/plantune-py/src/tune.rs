@@ -3,20 +3,28 @@
 use numpy::{Complex64, PyArray1, PyReadonlyArray1};
 use plantune_core::model::{Delay, Filter, Model, Pid};
 use plantune_core::tune::{
-    self, Answer, Bands, Estimate, Fitted, ImcTarget, Overshoot, Robustness, Step, Terms, Wish,
+    self, Answer, Bands, Costs, Estimate, Fitted, ImcTarget, Overshoot, Robustness, Settings, Step, Terms,
+    Wish,
 };
 use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
 use crate::batch::{FitOut, fit_out};
 use crate::error::Outcome;
-use crate::model::{FilterIn, ModelIn, ModelOut, PidIn, plant};
+use crate::model::{FilterIn, ModelIn, ModelOut, PidIn};
 use crate::note::{NoteOut, notes};
 use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check_tunable, m)?)?;
+    m.add_function(wrap_pyfunction!(half_rule, m)?)?;
+    m.add_function(wrap_pyfunction!(controllability_ratio, m)?)?;
+    m.add_function(wrap_pyfunction!(precontrol, m)?)?;
+    m.add_function(wrap_pyfunction!(imc, m)?)?;
+    m.add_function(wrap_pyfunction!(imc_classic, m)?)?;
+    m.add_function(wrap_pyfunction!(imc_costs, m)?)?;
     m.add_function(wrap_pyfunction!(imc_pi, m)?)?;
+    m.add_function(wrap_pyfunction!(imc_pid, m)?)?;
     m.add_function(wrap_pyfunction!(simc, m)?)?;
     m.add_function(wrap_pyfunction!(ziegler_nichols, m)?)?;
     m.add_function(wrap_pyfunction!(refined_ziegler_nichols, m)?)?;
@@ -42,14 +50,83 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(bode_band, m)?)
 }
 
-/// Refuses a fit that must not be tuned on (X12, M09); gain and time constant come with their deviations.
+/// Refuses a fit that must not be tuned on (X12, M09); gain and slowest time constant come with their deviations.
 #[pyfunction]
-fn check_tunable(K: (f64, f64), T: (f64, f64), Ts: Option<f64>, limits: LimitsIn) -> Outcome<()> {
+fn check_tunable(K: (f64, f64), T: Option<(f64, f64)>, Ts: Option<f64>, limits: LimitsIn) -> Outcome<()> {
     let estimate = |(value, sd)| Estimate { value, sd };
-    Ok(tune::check_tunable(estimate(K), estimate(T), Ts, &limits.into())?)
+    Ok(tune::check_tunable(estimate(K), T.map(estimate), Ts, &limits.into())?)
 }
 
-/// Settings of the standard form, and the closed-loop time constant aimed at; NaN for none.
+#[pyfunction]
+fn half_rule(model: ModelIn, order: usize, tau_c: Option<f64>) -> Outcome<ModelOut> {
+    Ok(Model::Process(tune::half_rule(&model.0, order, tau_c)?).into())
+}
+
+#[pyfunction]
+fn controllability_ratio(model: ModelIn) -> Outcome<f64> {
+    Ok(tune::controllability_ratio(&model.0)?)
+}
+
+#[pyfunction]
+fn precontrol(model: ModelIn, r: f64, load: f64, ramp: f64) -> Outcome<f64> {
+    Ok(tune::precontrol(&model.0, r, load, ramp)?)
+}
+
+/// The dict behind `plantune.tune.IMC(**d)` but what was asked for.
+#[derive(IntoPyObject)]
+struct ImcOut {
+    invertible: ModelOut,
+    non_invertible: ModelOut,
+    filter: ModelOut,
+    controller: ModelOut,
+    classic: Option<ModelOut>,
+    closed_loop: ModelOut,
+    order: usize,
+}
+
+#[pyfunction]
+fn imc(model: ModelIn, tau_c: f64, order: Option<usize>, delay: &str, mirror: bool) -> Outcome<ImcOut> {
+    let found = tune::imc(&model.0, tau_c, order, dead_time(delay)?, mirror)?;
+    let out = |G| Model::Transfer(G).into();
+    Ok(ImcOut {
+        invertible: out(found.invertible),
+        non_invertible: out(found.non_invertible),
+        filter: out(found.filter),
+        controller: out(found.controller),
+        classic: found.classic.map(out),
+        closed_loop: out(found.closed_loop),
+        order: found.order,
+    })
+}
+
+/// `C / (1 - C G)` of an IMC controller on its model.
+#[pyfunction]
+fn imc_classic<'py>(
+    py: Python<'py>,
+    controller: ModelIn,
+    model: ModelIn,
+    w: PyReadonlyArray1<'py, f64>,
+) -> Outcome<ComplexArray<'py>> {
+    let Model::Transfer(C) = controller.0 else {
+        return Err(Error::argument("controller", "another model", "a TransferFunction").into());
+    };
+    let at = |&w: &f64| tune::classic_freqresp(&C, &model.0, w);
+    Ok(PyArray1::from_iter(py, w.as_slice().map_err(PyErr::from)?.iter().map(at)))
+}
+
+/// `ise, iae, itae` of the loop "ideal" or "pi".
+#[pyfunction]
+fn imc_costs(L: f64, tau_c: f64, loop_: &str) -> Outcome<(f64, f64, f64)> {
+    let Costs { ise, iae, itae } = match loop_ {
+        "ideal" => tune::ideal_costs(L, tau_c)?,
+        "pi" => tune::pi_costs(L, tau_c)?,
+        other => return Err(Error::argument("loop", format!("\"{other}\""), "\"ideal\" or \"pi\"").into()),
+    };
+    Ok((ise, iae, itae))
+}
+
+/// Settings of the standard form, the closed-loop time constant aimed at, NaN for none, what the rule was computed
+/// on, and whether that is less than the model given.
 #[derive(IntoPyObject)]
 struct SettingsOut {
     Kp: f64,
@@ -57,11 +134,14 @@ struct SettingsOut {
     Td: f64,
     Tf: f64,
     tau_c: f64,
+    plant: Option<ModelOut>,
+    reduced: bool,
 }
 
-impl From<(Pid, f64)> for SettingsOut {
-    fn from((pid, tau_c): (Pid, f64)) -> Self {
-        SettingsOut { Kp: pid.Kp, Ti: pid.Ti(), Td: pid.Td, Tf: pid.Tf, tau_c }
+impl From<Settings> for SettingsOut {
+    fn from(Settings { pid, tau_c, plant, reduced }: Settings) -> Self {
+        let plant = plant.map(|model| Model::Process(model).into());
+        SettingsOut { Kp: pid.Kp, Ti: pid.Ti(), Td: pid.Td, Tf: pid.Tf, tau_c, plant, reduced }
     }
 }
 
@@ -73,50 +153,58 @@ fn terms(controller: &str) -> Outcome<Terms> {
     }
 }
 
-#[pyfunction]
-fn imc_pi(model: ModelIn, target: &str, value: f64) -> Outcome<SettingsOut> {
-    let target = match target {
+fn target(name: &str, value: f64) -> ImcTarget {
+    match name {
         "gain_margin" => ImcTarget::GainMargin(value),
         "phase_margin" => ImcTarget::PhaseMargin(value),
         _ => ImcTarget::TauC(value),
-    };
-    Ok(tune::imc_pi(&plant(model)?, target)?.into())
+    }
 }
 
 #[pyfunction]
-fn simc(model: ModelIn, tau_c: Option<f64>) -> Outcome<SettingsOut> {
-    Ok(tune::simc(&plant(model)?, tau_c)?.into())
+fn imc_pi(model: ModelIn, wish: &str, value: f64) -> Outcome<SettingsOut> {
+    Ok(tune::imc_pi(&model.0, target(wish, value))?.into())
+}
+
+#[pyfunction]
+fn imc_pid(model: ModelIn, wish: &str, value: f64, N: Option<f64>) -> Outcome<SettingsOut> {
+    Ok(tune::imc_pid(&model.0, target(wish, value), N)?.into())
+}
+
+#[pyfunction]
+fn simc(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
+    Ok(tune::simc(&model.0, tau_c, terms(controller)?)?.into())
 }
 
 #[pyfunction]
 fn ziegler_nichols(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
-    Ok((tune::ziegler_nichols(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+    Ok(tune::ziegler_nichols(&model.0, terms(controller)?)?.into())
 }
 
 #[pyfunction]
 fn refined_ziegler_nichols(model: ModelIn) -> Outcome<SettingsOut> {
-    Ok((tune::refined_ziegler_nichols(&plant(model)?)?, f64::NAN).into())
+    Ok(tune::refined_ziegler_nichols(&model.0)?.into())
 }
 
 #[pyfunction]
 fn simc_plus(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
-    Ok(tune::simc_plus(&plant(model)?, tau_c, terms(controller)?)?.into())
+    Ok(tune::simc_plus(&model.0, tau_c, terms(controller)?)?.into())
 }
 
 #[pyfunction]
 fn amigo(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
-    Ok((tune::amigo(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+    Ok(tune::amigo(&model.0, terms(controller)?)?.into())
 }
 
 #[pyfunction]
 #[pyo3(name = "lambda_")]
 fn lambda(model: ModelIn, tau_c: Option<f64>, controller: &str) -> Outcome<SettingsOut> {
-    Ok(tune::lambda(&plant(model)?, tau_c, terms(controller)?)?.into())
+    Ok(tune::lambda(&model.0, tau_c, terms(controller)?)?.into())
 }
 
 #[pyfunction]
 fn cohen_coon(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
-    Ok((tune::cohen_coon(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+    Ok(tune::cohen_coon(&model.0, terms(controller)?)?.into())
 }
 
 #[pyfunction]
@@ -139,13 +227,12 @@ fn chien_hrones_reswick(
         20.0 => Overshoot::Twenty,
         other => return Err(Error::argument("overshoot", other, "0 or 20, in percent").into()),
     };
-    let settings = tune::chien_hrones_reswick(&plant(model)?, step, overshoot, terms(controller)?)?;
-    Ok((settings, f64::NAN).into())
+    Ok(tune::chien_hrones_reswick(&model.0, step, overshoot, terms(controller)?)?.into())
 }
 
 #[pyfunction]
 fn tyreus_luyben(model: ModelIn, controller: &str) -> Outcome<SettingsOut> {
-    Ok((tune::tyreus_luyben(&plant(model)?, terms(controller)?)?, f64::NAN).into())
+    Ok(tune::tyreus_luyben(&model.0, terms(controller)?)?.into())
 }
 
 /// The dict behind `plantune.tune.RelayTest(**d)`.

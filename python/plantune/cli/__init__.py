@@ -1,7 +1,9 @@
 """The command line: parses, calls, prints."""
 
-from plantune.cli import export as export  # a command is there once its file is loaded
+from plantune.cli import convert as convert  # a command is there once its file is loaded
+from plantune.cli import export as export
 from plantune.cli import inspect as inspect
+from plantune.cli import simulate as simulate
 from plantune.cli.main import main
 
 __all__ = ["main"]

@@ -12,7 +12,7 @@ from plantune.cli.main import app
 from plantune.cli.options import Json, LimitOption, limits_of
 from plantune.cli.output import fail, print_json
 from plantune.cli.reading import Reading, takes_record
-from plantune.cli.summary import _note
+from plantune.cli.summary import shown_note
 from plantune.errors import PlantuneError
 from plantune.inspection import ColumnSeen, FileSeen, Inspection, Stamps
 from plantune.inspection import inspect as look
@@ -48,7 +48,7 @@ def _show(seen: Inspection) -> None:
     for name, scan in seen.delay.items():
         console.print(f"delay from {name}: {scan}", soft_wrap=True)
     for note in seen.findings:
-        console.print(_note(note), soft_wrap=True)
+        console.print(shown_note(note), soft_wrap=True)
         if note.evidence:
             console.print(Text(f"    {note.evidence}", "dim"), soft_wrap=True)
     if not seen.findings:

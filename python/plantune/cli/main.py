@@ -9,13 +9,14 @@ from typing import Annotated
 import typer
 
 from plantune import job
+from plantune.cli.model_tuning import print_comparison, show_comparison, tune_model
 from plantune.cli.options import Json, LimitOption, limits_of
 from plantune.cli.output import as_fields, fail, print_json, write_run
 from plantune.cli.parser import Group
 from plantune.cli.reading import Reading, takes_record
 from plantune.cli.summary import show
 from plantune.datasets import ENGINE_LOOP, engine_loop, hair_dryer
-from plantune.errors import PlantuneError
+from plantune.errors import PlantuneError, refusal
 from plantune.io import load_model
 
 app = typer.Typer(
@@ -51,10 +52,19 @@ def tune(
     out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
         "plantune-out"
     ),
+    Ms: Annotated[
+        float, typer.Option("--Ms", help="Largest sensitivity of the optimum, for a MODEL.json.")
+    ] = 1.6,
     limit: LimitOption = None,
     as_json: Json = False,
 ) -> None:
-    """Take a record to a validated model, PI settings with margins, and a report."""
+    """Take a record to a validated model, PI settings with margins, and a report.
+
+    A model.json instead of a record is tuned on as it is, by several rules.
+    """
+    if reading.data[0].suffix == ".json":
+        _tune_model(reading, gain_margin, Ms, out, limit, as_json)
+        return
 
     def work() -> job.Run:
         limits = limits_of(limit)
@@ -69,6 +79,20 @@ def tune(
         print_json(as_fields(run, folder))
     else:
         show(run, folder)
+
+
+def _tune_model(
+    reading: Reading, gain_margin: float, Ms: float, out: Path, limit: LimitOption, as_json: bool
+) -> None:
+    """Compare the rules on a model that is known."""
+    try:
+        if len(reading.data) > 1:
+            raise refusal("U01", "several files, of which one is a model", remedy="give one model")
+        found = tune_model(reading.data[0], gain_margin, Ms, out, limits_of(limit))
+    except PlantuneError as error:
+        fail(error, as_json)
+        raise typer.Exit(error.exit_code) from None
+    (print_comparison if as_json else show_comparison)(*found)
 
 
 @app.command()

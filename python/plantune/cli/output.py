@@ -6,6 +6,8 @@ import json
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from errno import EISDIR
 from pathlib import Path
 from typing import Any
@@ -27,34 +29,43 @@ def write_run(folder: Path, run: Run) -> Path:
 
     A run without tunings has no `tuning.json`, and that of an older run is taken away.
     """
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-    except OSError as error:
-        raise refusal(
-            "R08", f"cannot write to {folder}: {error.strerror}", remedy="choose another --out"
-        ) from None
-    try:
+    with whole_folder(folder) as staging:
         report.write(staging / "report.html", run)
         save_model(staging / "model.json", run.chosen.model)
         write_json(staging / "run.json", run)
         if run.tunings:
             write_json(staging / "tuning.json", run.tunings[0])
+        else:
+            (folder / "tuning.json").unlink(missing_ok=True)
+    return folder
+
+
+@contextmanager
+def whole_folder(folder: Path) -> Iterator[Path]:
+    """Give a folder to write into, whose files then move to `folder`, all or none."""
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        staging = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+    except OSError as error:
+        raise _unwritable(folder, error) from None
+    try:
+        yield staging
         folder.mkdir(exist_ok=True)
-        for file in staging.iterdir():  # first, so that no part of the run is put in place
+        for file in staging.iterdir():  # first, so that no part is put in place
             if (folder / file.name).is_dir():
                 raise IsADirectoryError(EISDIR, f"{file.name} is a directory")
         for file in staging.iterdir():
             file.replace(folder / file.name)
-        if not run.tunings:
-            (folder / "tuning.json").unlink(missing_ok=True)
     except OSError as error:
-        raise refusal(
-            "R08", f"cannot write to {folder}: {error.strerror}", remedy="choose another --out"
-        ) from None
+        raise _unwritable(folder, error) from None
     finally:
         shutil.rmtree(staging, ignore_errors=True)
-    return folder
+
+
+def _unwritable(folder: Path, error: OSError) -> PlantuneError:
+    return refusal(
+        "R08", f"cannot write to {folder}: {error.strerror}", remedy="choose another --out"
+    )
 
 
 def fail(error: PlantuneError, as_json: bool, studied: dict[str, Any] | None = None) -> None:

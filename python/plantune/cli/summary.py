@@ -28,9 +28,9 @@ def show(run: Run, folder: Path) -> None:
     if run.comparison is not None:
         console.print(f"{run.tunings[0].rule}, step of the set point with the exact delay")
         console.print(_settings(run))
-        console.print(_rules(run.comparison))
+        console.print(rules_table(run.comparison))
     for note in run.named_notes():
-        console.print(_note(note), soft_wrap=True)
+        console.print(shown_note(note), soft_wrap=True)
     console.print(Text(f"report: {folder / 'report.html'}", style="bold"), soft_wrap=True)
 
 
@@ -54,14 +54,18 @@ def _judged(run: Run) -> Table:
     return table
 
 
-def _rules(comparison: Comparison) -> Table:
+def rules_table(comparison: Comparison) -> Table:
+    """Set the rules side by side."""
+    derivative = any(row.tuning.controller.Td for row in comparison.rows)
+    terms = ("Kp", "Ti", "Td") if derivative else ("Kp", "Ti")
     table = Table(box=box.SIMPLE_HEAD)
-    table.add_column("rule")
-    for heading in ("Kp", "Ti", "Ms", "overshoot, %", "of u, %", "IAE load"):
+    table.add_column("rule", min_width=20)
+    for heading in (*terms, "Ms", "overshoot, %", "IAE load"):
         table.add_column(heading, justify="right")
     for row in comparison.rows:
         pid, steps = row.tuning.controller, row.set_point.indices
-        values = [pid.Kp, pid.Ti, row.tuning.margins.Ms, steps.overshoot, steps.control_overshoot]
+        values = [pid.Kp, pid.Ti, pid.Td] if derivative else [pid.Kp, pid.Ti]
+        values += [row.tuning.margins.Ms, steps.overshoot]
         cells = [number(x, 3) for x in (*values, row.load.indices.iae)]
         table.add_row(row.tuning.rule.replace("_", " "), *cells)
     return table
@@ -106,7 +110,8 @@ def _settings(run: Run) -> Table:
     return table
 
 
-def _note(note: Note) -> Text:
+def shown_note(note: Note) -> Text:
+    """Return a doubt with its code and remedy."""
     colour = {"warning": "yellow", "error": "red"}.get(note.severity, "dim")
     remedy = f" → {note.remedy}" if note.remedy else ""
     return Text(f"{note.code} ", colour) + Text(note.text) + Text(remedy, "dim")

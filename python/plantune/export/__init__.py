@@ -2,6 +2,16 @@
 
 from plantune.export.c_source import c_source
 from plantune.export.control import to_control
+from plantune.export.profiles import Profile, vendors
 from plantune.export.structured_text import structured_text
+from plantune.export.vendor import VendorSettings, vendor
 
-__all__ = ["c_source", "structured_text", "to_control"]
+__all__ = [
+    "Profile",
+    "VendorSettings",
+    "c_source",
+    "structured_text",
+    "to_control",
+    "vendor",
+    "vendors",
+]

@@ -1,9 +1,10 @@
 """Models as values; they print as equations and answer questions through the core."""
 
 from plantune.models.convert import c2d, d2c
+from plantune.models.forms import Form, Nearest
 from plantune.models.pid import PID
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
 from plantune.models.transfer import TransferFunction
 
-__all__ = ["PID", "PolyModel", "ProcessModel", "TransferFunction", "c2d", "d2c"]
+__all__ = ["PID", "Form", "Nearest", "PolyModel", "ProcessModel", "TransferFunction", "c2d", "d2c"]

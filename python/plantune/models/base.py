@@ -108,6 +108,17 @@ class LinearModel:
         """
         return _core.step_response(self, input, np.ascontiguousarray(np.atleast_1d(t), float))
 
+    def horizon(self) -> float:
+        """Return the seconds until a step response is seen whole.
+
+        Examples
+        --------
+        >>> from plantune.models import ProcessModel
+        >>> ProcessModel(K=2.0, T=5.0, L=3.0).horizon()
+        43.0
+        """
+        return _core.horizon(self)
+
     def poles(self) -> NDArray[np.complex128]:
         """Return the poles: in z for sampled models, in 1/s for process models.
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from plantune import _core
 from plantune.errors import refusal
+from plantune.models.forms import Form, from_form, to_form
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +89,88 @@ class PID:
     def Kd(self) -> float:
         """Derivative gain `Kp Td`, u s/y."""
         return _core.gains(self)[1]
+
+    def to(
+        self,
+        form: str,
+        *,
+        pv_span: float | None = None,
+        op_span: float | None = None,
+        time_unit: str = "s",
+    ) -> Form:
+        """Return the same controller in another form, exact with its filter.
+
+        Parameters
+        ----------
+        form : "ideal", "parallel", "series", "pb" or "velocity"
+            The last one needs a sampled controller.  Names of controllers: `pt.export.vendor`.
+        pv_span, op_span : float, optional
+            Spans of y and of u, both or neither: gains are then in percent of span,
+            `Kp pv_span / op_span`.
+        time_unit : "s" or "min"
+            Unit of the times.
+
+        Returns
+        -------
+        Form
+            Its attributes are the form's own letters: `Kp Ti Td Tf`, `Kp Ki Kd Tf`,
+            `PB Ti Td Tf` or `q0 q1 q2 d`.  The weights `b` and `c` are carried along.
+
+        Raises
+        ------
+        UsageError
+            There is no such form of this controller (U01).  Where the zeros of the controller are
+            complex, `(Ti - Tf)^2 < 4 Ti Td`, no series form is: `.result` is then the `Nearest`.
+
+        Notes
+        -----
+        The series form has its filter behind the lead, `(Td s + 1) / (Tf s + 1)`.  The nearest
+        one has the least largest deviation of the frequency response, relative, of all series
+        controllers with this filter; it is the same at every frequency.
+
+        Examples
+        --------
+        >>> pid = PID(Kp=2.4, Ti=12.0, Td=5 / 3)
+        >>> for form in ("series", "parallel", "pb"):
+        ...     print(pid.to(form))
+        series: Kp = 2, Ti = 10 s, Td = 2 s
+        parallel: Kp = 2.4, Ki = 0.2 1/s, Kd = 4 s
+        pb: PB = 41.6667 %, Ti = 12 s, Td = 1.66667 s
+        >>> print(pid.to("ideal", pv_span=200.0, op_span=100.0, time_unit="min"))
+        ideal: Kp = 4.8 %/%, Ti = 0.2 min, Td = 0.0277778 min
+        """
+        return to_form(self, form, pv_span=pv_span, op_span=op_span, time_unit=time_unit)
+
+    @staticmethod
+    def from_form(form: str, **settings: Any) -> PID:
+        """Return the controller that settings of another form make; the inverse of `to`.
+
+        Parameters
+        ----------
+        form : "ideal", "parallel", "series", "pb" or "velocity"
+            Its letters are the names of the settings; `Ti`, `Ki`, `Td`, `Kd` and `Tf` may be
+            left out.
+        **settings : float
+            The settings, and `b c filter Ts pv_span op_span time_unit` as of `Form`.
+
+        Returns
+        -------
+        PID
+
+        Raises
+        ------
+        UsageError
+            A setting that the form has not, or that is out of its range; in series form a `Tf`
+            above `Td`, which makes a lag (U01).
+
+        Examples
+        --------
+        >>> print(PID.from_form("series", Kp=2.0, Ti=10.0, Td=2.0, Tf=0.25))
+        PID: Kp = 2.35, Ti = 11.75 s, Td = 1.45213 s, Tf = 0.25 s
+        >>> print(PID.from_form("pb", PB=50.0, Ti=0.2, time_unit="min"))
+        PI: Kp = 2, Ti = 12 s
+        """
+        return from_form(form, **settings)
 
     def _where(self) -> str:
         return " on y" if self.filter == "y2" else ""

@@ -87,8 +87,7 @@ def _curve(fig: go.Figure, x: object, y: object, name: str, line: dict[str, obje
 
 def _grid(tuning: Tuning) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Frequencies around the gain crossover, or around the plant's own where there is none."""
-    m, plant = tuning.margins, tuning.model
-    middle = (
-        m.w_phase if isfinite(m.w_phase) and m.w_phase > 0 else 1 / (sum(plant.times) + plant.L)
-    )
+    m = tuning.margins
+    crosses = isfinite(m.w_phase) and m.w_phase > 0
+    middle = m.w_phase if crosses else 8.0 / tuning.model.horizon()
     return np.geomspace(0.2 * middle, 40 * middle, POINTS)

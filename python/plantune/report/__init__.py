@@ -1,5 +1,5 @@
-"""One self-contained HTML page from a run of the main job."""
+"""Self-contained HTML pages: a run of the main job, and a comparison of rules on a model."""
 
-from plantune.report.write import write
+from plantune.report.write import write, write_comparison
 
-__all__ = ["write"]
+__all__ = ["write", "write_comparison"]

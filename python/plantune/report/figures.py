@@ -9,11 +9,12 @@ from plantune import plot
 from plantune.plot.embed import embedded
 from plantune.report.about import fresh, is_process, rule_names, section, verdict_on_chosen
 from plantune.report.text import escaped
+from plantune.tune import robustness
 
 if TYPE_CHECKING:
     from plantune.job import Run
 
-_HINT = (
+HINT = (
     '<p class="small screen">Drag across a figure to zoom, double-click to return; a click '
     "on a legend entry hides its line.</p>"
 )
@@ -24,7 +25,7 @@ Drawn = Iterator[tuple[str, Any, str]]
 def figures(run: Run) -> str:
     """Draw the record, what the models do on it, and the loops."""
     drawn = [*_record(run), *_models(run), *_loops(run), *_delay(run)]
-    return section("figures", _HINT + "".join(_figure(*each) for each in drawn))
+    return section("figures", HINT + "".join(drawn_figure(*each) for each in drawn))
 
 
 def _record(run: Run) -> Drawn:
@@ -62,6 +63,11 @@ def _loops(run: Run) -> Drawn:
     first = run.tunings[0]
     text = "In brackets the 95 % intervals over the uncertainty of the model."
     yield "margins", plot.margins(first), text
+    text = (
+        "Any departure of the plant from its model is, at the crossover, a gain and a delay. The "
+        "distance upwards to the border is the gain margin, that to the right the delay margin."
+    )
+    yield "robustness", plot.robustness(robustness(first, run.chosen)), text
     held = first.controller.Ts is not None
     loop = plot.closed_loop(run.responses[0], names=rule_names(run)[:1], of=run.record, held=held)
     yield "loop", loop, ""
@@ -78,7 +84,8 @@ def _delay(run: Run) -> Drawn:
         yield "delay", plot.delay(run.findings["delay"], of=run.record), text
 
 
-def _figure(name: str, fig: Any, text: str) -> str:
+def drawn_figure(name: str, fig: Any, text: str) -> str:
+    """Return a figure with its claim above and words below."""
     parts = embedded(fig)
     words = " ".join(
         f"{part[:1].upper()}{part[1:]}{'' if part.endswith('.') else '.'}"

@@ -24,7 +24,7 @@ from plantune.text import number
 if TYPE_CHECKING:
     from plantune.job import Run
     from plantune.notes import Note
-    from plantune.tune import Tuning
+    from plantune.tune import Comparison, Tuning
 
 
 def head(run: Run) -> str:
@@ -133,11 +133,22 @@ def rules(run: Run) -> str:
     """Set the rules side by side: settings, margins, and what each costs."""
     if run.comparison is None:
         return ""
-    names = Names(run.record)
+    lead = (
+        "The first is recommended: it has the margin that was asked for. Ms, the moves of the "
+        "controller output and the error after a load are what each rule costs."
+    )
+    own = run.tunings[0].notes
+    return section("rules", compared(run.comparison, Names(run.record), lead, own))
+
+
+def compared(comparison: Comparison, names: Names, lead: str, told: tuple[Note, ...] = ()) -> str:
+    """Return the table of a comparison and its doubts, but for those `told` elsewhere."""
     y, time = names.y_unit or "y", names.time_unit
+    derivative = any(row.tuning.controller.Td for row in comparison.rows)
     rows: list[tuple[str, Any]] = [
         (f"Kp [{names.control_unit}]", lambda row: number(row.tuning.controller.Kp)),
         (f"Ti [{time}]", lambda row: number(row.tuning.controller.Ti)),
+        *([(f"Td [{time}]", lambda row: number(row.tuning.controller.Td))] if derivative else []),
         ("gain margin [factor]", lambda row: number(row.tuning.margins.gain, 3)),
         ("phase margin [°]", lambda row: number(row.tuning.margins.phase_deg, 3)),
         ("Ms [1]", lambda row: number(row.tuning.margins.Ms, 3)),
@@ -149,17 +160,16 @@ def rules(run: Run) -> str:
         (f"IAE after a load of 1 [{y} {time}]", lambda row: number(row.load.indices.iae, 3)),
     ]
     body = table(
-        "The first is recommended: it has the margin that was asked for. Ms, the moves of the "
-        "controller output and the error after a load are what each rule costs.",
-        ["", *rule_names(run)],
-        [[label, *(value(row) for row in run.comparison.rows)] for label, value in rows],
+        lead,
+        ["", *(row.tuning.rule.replace("_", " ") for row in comparison.rows)],
+        [[label, *(value(row) for row in comparison.rows)] for label, value in rows],
     )
     doubts = "".join(
         f'<p class="small"><code>{escaped(note.code)}</code> {escaped(note.text, 500)}</p>'
-        for note in run.comparison.notes
-        if note not in run.tunings[0].notes
+        for note in comparison.notes
+        if note not in told
     )
-    return section("rules", body + doubts)
+    return body + doubts
 
 
 def indices(run: Run) -> str:

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 
 from plantune.plot.embed import library
 from plantune.report import sections
+from plantune.report.comparison import of_comparison
 from plantune.report.figures import figures
 from plantune.report.models import model
 from plantune.report.text import escaped
 
 if TYPE_CHECKING:
     from plantune.job import Run
+    from plantune.tune import Comparison
 
 # Nothing may be loaded from anywhere: what the page needs is in it.
 _POLICY = (
@@ -48,18 +50,6 @@ def write(path: str | os.PathLike[str], run: Run) -> Path:
     >>> page.startswith("<!doctype html>"), "http-equiv" in page
     (True, True)
     """
-    path = Path(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(_page(run), encoding="utf-8")
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
-    return path
-
-
-def _page(run: Run) -> str:
-    """Put the sections together, top down."""
     parts = [
         sections.head(run),
         sections.notes(run),
@@ -70,6 +60,55 @@ def _page(run: Run) -> str:
         sections.indices(run),
         sections.provenance(run),
     ]
+    return _whole(path, _page(run.title, parts))
+
+
+def write_comparison(
+    path: str | os.PathLike[str], comparison: Comparison, title: str = "Rules compared"
+) -> Path:
+    """Write the comparison of rules on one model as one HTML file that works off line.
+
+    Parameters
+    ----------
+    path : path
+        The file; an older one is replaced once the new one is complete.
+    comparison : Comparison
+        From `tune.compare`; the first rule is drawn in full.
+    title : str
+        What the plant is called.
+
+    Returns
+    -------
+    Path
+        Where it was written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import plantune as pt
+    >>> both = pt.tune.compare(pt.models.ProcessModel(K=2.0, T=5.0, L=1.0))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     page = write_comparison(Path(folder, "page.html"), both).read_text(encoding="utf-8")
+    >>> "SIMC" in page
+    True
+    """
+    return _whole(path, _page(title, of_comparison(comparison, title)))
+
+
+def _whole(path: str | os.PathLike[str], page: str) -> Path:
+    """Write a page whole or not at all."""
+    path = Path(path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(page, encoding="utf-8")
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+    return path
+
+
+def _page(title: str, parts: list[str]) -> str:
+    """Put the sections together, top down."""
     body = "\n".join(part for part in parts if part)
     return f"""<!doctype html>
 <html lang="en">
@@ -77,7 +116,7 @@ def _page(run: Run) -> str:
 <meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy" content="{_POLICY}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{escaped(run.title)} – plantune</title>
+<title>{escaped(title)} – plantune</title>
 <link rel="icon" href="data:,">
 <style>
 {_asset("page.css")}</style>

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from plantune import _core
 from plantune.errors import refusal
-from plantune.models import PID, ProcessModel
+from plantune.models import PID
 from plantune.models.base import LinearModel
 from plantune.notes import Note, notes_from_core
 from plantune.record import Floats

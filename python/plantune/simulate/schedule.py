@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -79,7 +78,9 @@ class Table:
         """
         columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(x, float)) for x in signals))
         points = np.ascontiguousarray(np.stack(columns, axis=1))
-        return _core.table([axis.tolist() for axis in self.axes], self.values.ravel().tolist(), points)
+        return _core.table(
+            [axis.tolist() for axis in self.axes], self.values.ravel().tolist(), points
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

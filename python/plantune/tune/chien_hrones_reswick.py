@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from plantune import _core
 from plantune.estimate.fit import Fit
-from plantune.models import ProcessModel
 from plantune.notes import Limits
-from plantune.tune.judge import outside, tuned
+from plantune.tune.judge import Plant, outside, tuned
 from plantune.tune.tuning import Tuning
 
 
 def chien_hrones_reswick(
-    model: ProcessModel | Fit,
+    model: Plant | Fit,
     *,
     step: str = "load",
     overshoot: float = 0.0,
@@ -23,8 +22,9 @@ def chien_hrones_reswick(
 
     Parameters
     ----------
-    model : ProcessModel or Fit
-        Of a fit the margins come with bands over its uncertainty.
+    model : ProcessModel, TransferFunction or Fit
+        One lag; others that settle are reduced to that by `half_rule`.  Of a fit
+        the margins come with bands over its uncertainty.
     step : "load" or "set_point"
         What the loop shall answer well.
     overshoot : 0 or 20
@@ -46,7 +46,8 @@ def chien_hrones_reswick(
     UsageError
         `step` or `controller` is another word, `overshoot` another number (U01).
     NotIdentifiable
-        The model is none, or has no dead time (M12), or the sign of its gain is open (X12).
+        The model is none, or has no dead time (M12), integrates (M01) or is unstable (M02), or the
+        sign of its gain is open (X12).
 
     Notes
     -----
@@ -66,6 +67,7 @@ def chien_hrones_reswick(
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> tuning = chien_hrones_reswick(ProcessModel(K=2.0, T=10.0, L=2.0), step="set_point")
     >>> print(tuning.rule, "->", tuning.controller)
     Chien-Hrones-Reswick, set_point, 0 % -> PI: Kp = 0.875, Ti = 12 s

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from plantune import _core
 from plantune.estimate.fit import Fit
-from plantune.models import ProcessModel
 from plantune.notes import Limits
-from plantune.tune.judge import outside, tuned
+from plantune.tune.judge import Plant, outside, tuned
 from plantune.tune.tuning import Tuning
 
 
 def cohen_coon(
-    model: ProcessModel | Fit,
+    model: Plant | Fit,
     *,
     controller: str = "PI",
     delay_at_least: float = 0.0,
@@ -21,8 +20,9 @@ def cohen_coon(
 
     Parameters
     ----------
-    model : ProcessModel or Fit
-        Of a fit the margins come with bands over its uncertainty.
+    model : ProcessModel, TransferFunction or Fit
+        One lag; others that settle are reduced to that by `half_rule`.  Of a fit
+        the margins come with bands over its uncertainty.
     controller : "PI" or "PID"
         The PID has `Kp = (4/3 T / L + 1/4) / K`, and the filter `Tf = Td / 10`.
     delay_at_least : float
@@ -40,7 +40,8 @@ def cohen_coon(
     UsageError
         `controller` is another word (U01).
     NotIdentifiable
-        The model is none, or has no dead time (M12), or the sign of its gain is open (X12).
+        The model is none, or has no dead time (M12), integrates (M01) or is unstable (M02), or the
+        sign of its gain is open (X12).
 
     Notes
     -----
@@ -51,6 +52,7 @@ def cohen_coon(
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> tuning = cohen_coon(ProcessModel(K=1.0, T=2.0, L=1.0))
     >>> print(tuning.rule, "->", tuning.controller)
     Cohen-Coon -> PI: Kp = 1.88333, Ti = 1.65789 s

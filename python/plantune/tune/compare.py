@@ -5,19 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from math import isinf
+from typing import Any
 
 from plantune import _core
 from plantune.errors import NotIdentifiable, refusal
 from plantune.estimate.fit import Fit
-from plantune.models import PID, ProcessModel
+from plantune.models import PID
 from plantune.notes import Limits, Note, merged, note_of
 from plantune.simulate import Response, load_step, step
 from plantune.text import number, table
-from plantune.tune.imc import imc_pi
-from plantune.tune.judge import as_given
+from plantune.tune.amigo import amigo
+from plantune.tune.imc_pi import imc_pi
+from plantune.tune.imc_pid import imc_pid
+from plantune.tune.judge import Plant, as_given, plant_of
+from plantune.tune.lambda_ import lambda_
 from plantune.tune.refined_ziegler_nichols import refined_ziegler_nichols
 from plantune.tune.simc import simc
 from plantune.tune.tuning import Tuning
+from plantune.tune.tyreus_luyben import tyreus_luyben
 from plantune.tune.ziegler_nichols import ziegler_nichols
 
 Rule = Callable[..., Tuning]
@@ -27,6 +33,16 @@ DEFAULT_RULES: tuple[Rule, ...] = (
     simc,
     ziegler_nichols,
     refined_ziegler_nichols,
+)
+
+_INTEGRATING: tuple[Rule, ...] = (simc, lambda_, amigo, tyreus_luyben, ziegler_nichols)
+
+_HIGHER_ORDER: tuple[Rule, ...] = (
+    partial(imc_pi, gain_margin=3),
+    partial(imc_pid, gain_margin=3, N=10),
+    simc,
+    partial(simc, controller="PID"),
+    amigo,
 )
 
 
@@ -60,7 +76,7 @@ class Comparison:
 
     Attributes
     ----------
-    model : ProcessModel
+    model : ProcessModel or TransferFunction
         The model all rules were asked for.
     rows : tuple of Row
         One per rule that serves the model, in the order asked for.
@@ -81,7 +97,7 @@ class Comparison:
     P: Kp = -20: unstable: the loop does not settle on its own model
     """
 
-    model: ProcessModel
+    model: Plant
     rows: tuple[Row, ...]
     notes: tuple[Note, ...]
     source: str
@@ -100,7 +116,7 @@ class Comparison:
 
 
 def compare(
-    model: ProcessModel | Fit,
+    model: Plant | Fit,
     rules: Sequence[Rule | PID] | None = None,
     *,
     t_end: float | None = None,
@@ -111,13 +127,15 @@ def compare(
 
     Parameters
     ----------
-    model : ProcessModel or Fit
+    model : ProcessModel, TransferFunction or Fit
         Of a fit the margins come with bands over its uncertainty.
     rules : sequence of rules and PID, optional
         Each rule is called with the model, `delay_at_least=` and `limits=`; settings of one are
         fixed by `functools.partial(imc_pi, phase_margin=45)`.  A PID is judged as it stands, such
-        as the one in use.  By default IMC-PI with gain margin 3, SIMC, Ziegler-Nichols and
-        refined Ziegler-Nichols.
+        as the one in use.  By default those that serve the model: on one lag IMC-PI with gain
+        margin 3, SIMC, Ziegler-Nichols and refined Ziegler-Nichols; on more IMC-PI and IMC-PID with
+        gain margin 3, SIMC as PI and as PID, and AMIGO; on an integrating plant SIMC, lambda,
+        AMIGO, Tyreus-Luyben and Ziegler-Nichols.
     t_end : float, optional
         Seconds, the same for all; by default until the load has died out in the slowest loop.
     delay_at_least : float
@@ -145,6 +163,7 @@ def compare(
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> both = compare(ProcessModel(K=-2.0, T=20.0, L=1.0), [partial(imc_pi, tau_c=1.0), simc])
     >>> for row in both.rows:
     ...     set_point, load = row.set_point.indices, row.load.indices
@@ -152,7 +171,7 @@ def compare(
     IMC-PI, tau_c = 1: 4.1 %, load 4.0
     SIMC, tau_c = L: 17.2 %, load 1.6
     """
-    rules = DEFAULT_RULES if rules is None else rules
+    rules = _serving(model) if rules is None else rules
     if not rules:
         raise refusal(
             "U01", "`rules` is empty", remedy="leave it out, or rules=[simc, ziegler_nichols]"
@@ -166,7 +185,7 @@ def compare(
             refused.append(error)
     if not tunings:
         raise refused[0]
-    plant = tunings[0].model
+    plant: Any = tunings[0].model
     if t_end is None:
         t_end = max(_core.load_horizon(plant, tuning.controller) for tuning in tunings)
     return Comparison(
@@ -187,8 +206,15 @@ def compare(
     )
 
 
+def _serving(model: Plant | Fit) -> tuple[Rule, ...]:
+    plant = plant_of(model)
+    if getattr(plant, "is_first_order", False):
+        return DEFAULT_RULES
+    return _INTEGRATING if isinf(plant.dc_gain()) else _HIGHER_ORDER
+
+
 def _tuned(
-    rule: Rule | PID, model: ProcessModel | Fit, delay_at_least: float, limits: Limits | None
+    rule: Rule | PID, model: Plant | Fit, delay_at_least: float, limits: Limits | None
 ) -> Tuning:
     if isinstance(rule, PID):
         return as_given(rule, model, delay_at_least, limits)

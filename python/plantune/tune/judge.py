@@ -1,4 +1,7 @@
-"""What every rule shares: from settings to a `Tuning` with margins, their bands and doubts."""
+"""What every rule shares: from settings to a `Tuning` with margins, their bands and doubts.
+
+A rule may be computed on a reduced model; margins and bands are always those of the model given.
+"""
 
 from __future__ import annotations
 
@@ -10,33 +13,50 @@ from typing import Any
 from plantune import _core
 from plantune.errors import refusal
 from plantune.estimate.fit import Fit
-from plantune.models import PID, ProcessModel
+from plantune.models import PID, PolyModel, ProcessModel, TransferFunction
 from plantune.models.base import LinearModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note
 from plantune.tune.margins import Margins, margins
 from plantune.tune.tuning import Tuning
+
+Plant = ProcessModel | TransferFunction
 
 _BANDS = ("gain", "phase_deg", "delay", "Ms", "Mt")
 
 
 def tuned(
     rule: str,
-    model: ProcessModel | Fit,
-    settings: Callable[[ProcessModel], dict[str, Any]],
+    model: Plant | Fit,
+    settings: Callable[[Plant], dict[str, Any]],
     delay_at_least: float,
     limits: Limits | None,
     made_for: Callable[[ProcessModel, float], tuple[Note, ...]] = lambda plant, tau_c: (),
 ) -> Tuning:
-    """Return the tuning of a rule, `settings(plant)` being its `Kp Ti Td Tf tau_c`.
+    """Return the tuning of a rule, `settings(plant)` being its `Kp Ti Td Tf tau_c plant reduced`.
 
-    `made_for(plant, tau_c)` says where the rule is used outside of its range; see `outside`.
+    `made_for(plant, tau_c)` says where the rule is used outside of its range; see `outside`.  Its
+    plant is what the rule was computed on, which may be reduced.
     """
     limits = limits or DEFAULT_LIMITS
     plant, notes = _plant(model, delay_at_least, limits)
     found = settings(plant)
-    tau_c = found.pop("tau_c")
-    notes = (*notes, *made_for(plant, tau_c))
+    tau_c, served, reduced = (found.pop(name) for name in ("tau_c", "plant", "reduced"))
+    if served is not None:
+        served = ProcessModel(**served)
+        notes = (*notes, *(_reduced(served) if reduced else ()), *made_for(served, tau_c))
     return judged(rule, model, plant, PID(**found), tau_c=tau_c, notes=notes, limits=limits)
+
+
+def _reduced(served: ProcessModel) -> tuple[Note, ...]:
+    """T05 where the rule was computed on less than the model given."""
+    return (
+        Note(
+            code="T05",
+            severity="info",
+            text=f"settings are those for {served}, by the half rule",
+            remedy="judge them by the margins, which are of the model given",
+        ),
+    )
 
 
 def outside(name: str, value: float, low: float, high: float) -> tuple[Note, ...]:
@@ -56,10 +76,12 @@ def outside(name: str, value: float, low: float, high: float) -> tuple[Note, ...
 
 
 def as_given(
-    pid: PID, model: ProcessModel | Fit, delay_at_least: float, limits: Limits | None
+    pid: PID, model: LinearModel | Fit, delay_at_least: float, limits: Limits | None
 ) -> Tuning:
     """Return the tuning that a controller is, whatever rule it came from."""
     limits = limits or DEFAULT_LIMITS
+    if isinstance(model, PolyModel):
+        return judged(str(pid), model, model, pid, limits=limits)
     plant, notes = _plant(model, delay_at_least, limits)
     return judged(str(pid), model, plant, pid, notes=notes, limits=limits)
 
@@ -96,29 +118,39 @@ def judged(
     )
 
 
+def plant_of(model: LinearModel | Fit) -> Plant:
+    """Return the model, also that of a fit; refuse what is neither lags nor a transfer function."""
+    plant = model.model if isinstance(model, Fit) else model
+    if not isinstance(plant, Plant):
+        raise refusal(
+            "U01",
+            "a tuning rule needs a process model or a transfer function",
+            remedy='estimate.process(rec, "P1D")',
+        )
+    return plant
+
+
 def check_fit(fit: Fit, limits: Limits) -> None:
     """Refuse a process model of open sign (X12), or sampled too slowly (M09)."""
     if isinstance(fit.model, ProcessModel):
-        K, T = zip(fit.theta[:2].tolist(), fit.sd[:2].tolist(), strict=True)
-        _core.check_tunable(K, T, fit.Ts, limits)
+        estimates = list(zip(fit.theta.tolist(), fit.sd.tolist(), strict=True))
+        slowest = max(estimates[1 : 1 + len(fit.model.times)], default=None)
+        _core.check_tunable(estimates[0], slowest, fit.Ts, limits)
 
 
 def _plant(
-    model: ProcessModel | Fit, delay_at_least: float, limits: Limits
-) -> tuple[ProcessModel, tuple[Note, ...]]:
-    """Return the process model that is tuned on."""
-    plant = model.model if isinstance(model, Fit) else model
-    if not isinstance(plant, ProcessModel):
-        raise refusal(
-            "U01", "a tuning rule needs a process model", remedy='estimate.process(rec, "P1D")'
-        )
+    model: LinearModel | Fit, delay_at_least: float, limits: Limits
+) -> tuple[Plant, tuple[Note, ...]]:
+    """Return the model that is tuned on."""
+    plant = plant_of(model)
     if isinstance(model, Fit):
         check_fit(model, limits)
-    return _with_delay(plant, delay_at_least)
+    return with_delay(plant, delay_at_least)
 
 
-def _with_delay(plant: ProcessModel, least: float) -> tuple[ProcessModel, tuple[Note, ...]]:
-    if plant.L >= least:
+def with_delay(plant: Plant, least: float) -> tuple[Plant, tuple[Note, ...]]:
+    """Return the plant with at least so much dead time, and T01 where that changes it."""
+    if not 0 <= plant.L < least:  # the core refuses a dead time below zero
         return plant, ()
     note = Note(
         code="T01",

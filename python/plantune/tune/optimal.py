@@ -10,10 +10,10 @@ from typing import Any
 from plantune import _core
 from plantune.errors import refusal
 from plantune.estimate.fit import Fit
-from plantune.models import PID
+from plantune.models import PID, ProcessModel
 from plantune.models.base import LinearModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note
-from plantune.tune.judge import check_fit, judged
+from plantune.tune.judge import check_fit, judged, with_delay
 from plantune.tune.tuning import Tuning
 
 
@@ -42,6 +42,7 @@ def optimal(
     filter: str = "d1",
     Ts: float | None = None,
     share: float = 0.95,
+    delay_at_least: float = 0.0,
     limits: Limits | None = None,
 ) -> Tuning:
     """Return the PI or PID of least integrated absolute error with `max |S| <= Ms`.
@@ -67,6 +68,8 @@ def optimal(
         Sample time of a sampled controller, seconds; that of a polynomial model by default.
     share : float
         Share of the models, from 0.5 to 1, on which the limits hold.
+    delay_at_least : float
+        Seconds of dead time that a process model has at least; see `imc_pi`.
     limits : Limits, optional
         Thresholds.
 
@@ -105,6 +108,9 @@ def optimal(
     limits = limits or DEFAULT_LIMITS
     fits = _fits(model)
     plant: Any = fits[0].model if fits else model
+    notes: tuple[Note, ...] = ()
+    if isinstance(plant, ProcessModel):
+        plant, notes = with_delay(plant, delay_at_least)
     if Ts is None:
         Ts = getattr(plant, "Ts", None)
     if not 0.5 <= share <= 1.0:
@@ -113,11 +119,11 @@ def optimal(
     rule = f"optimal {controller}, Ms = {Ms:g}"
     if not fits:
         settings, cost = _core.optimal(plant, wish)
-        return judged(rule, model, plant, PID(**settings), cost=cost, limits=limits)
+        return judged(rule, model, plant, PID(**settings), cost=cost, notes=notes, limits=limits)
     for fit in fits:
         check_fit(fit, limits)
     settings, cost, point, more = _core.optimal_over(
-        [fit.drawn_from for fit in fits], wish, limits.T04
+        [(plant, *fits[0].drawn_from[1:]), *(fit.drawn_from for fit in fits[1:])], wish, limits.T04
     )
     pid, alone = PID(**settings), PID(**point)
     return judged(
@@ -126,7 +132,7 @@ def optimal(
         plant,
         pid,
         cost=cost,
-        notes=_dear(pid.Ki / alone.Ki, more, limits),
+        notes=(*notes, *_dear(pid.Ki / alone.Ki, more, limits)),
         limits=limits,
     )
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from plantune import _core
 from plantune.estimate.fit import Fit
-from plantune.models import ProcessModel
 from plantune.notes import Limits
-from plantune.tune.judge import tuned
+from plantune.tune.judge import Plant, tuned
 from plantune.tune.tuning import Tuning
 
 
 def refined_ziegler_nichols(
-    model: ProcessModel | Fit,
+    model: Plant | Fit,
     *,
     delay_at_least: float = 0.0,
     limits: Limits | None = None,
@@ -20,8 +19,9 @@ def refined_ziegler_nichols(
 
     Parameters
     ----------
-    model : ProcessModel or Fit
-        Of a fit the margins come with bands over its uncertainty.
+    model : ProcessModel, TransferFunction or Fit
+        One lag; others that settle are reduced to that by `half_rule`.  Of a fit
+        the margins come with bands over its uncertainty.
     delay_at_least : float
         Seconds of dead time that the loop has at least; see `imc_pi`.
     limits : Limits, optional
@@ -35,7 +35,8 @@ def refined_ziegler_nichols(
     Raises
     ------
     NotIdentifiable
-        The model is none, or has no dead time (M12), or the sign of its gain is open (X12).
+        The model is none, or has no dead time (M12), integrates (M01) or is unstable (M02), or the
+        sign of its gain is open (X12).
 
     Notes
     -----
@@ -45,6 +46,7 @@ def refined_ziegler_nichols(
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> tuning = refined_ziegler_nichols(ProcessModel(K=5.939, T=0.1491, L=0.1))
     >>> print(tuning.rule, "->", tuning.controller)
     refined Ziegler-Nichols -> PI: Kp = 0.0786769, Ti = 0.111808 s

@@ -103,7 +103,7 @@ class RelayTest:
     @property
     def T(self) -> float:
         """Time constant, seconds."""
-        return self.model.T
+        return self.model.times[0]
 
     @property
     def L(self) -> float:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from plantune import _core
 from plantune.estimate.fit import Fit
-from plantune.models import ProcessModel
 from plantune.notes import Limits
-from plantune.tune.judge import tuned
+from plantune.tune.judge import Plant, tuned
 from plantune.tune.tuning import Tuning
 
 
 def simc_plus(
-    model: ProcessModel | Fit,
+    model: Plant | Fit,
     tau_c: float | None = None,
     *,
     controller: str = "PI",
@@ -22,8 +21,9 @@ def simc_plus(
 
     Parameters
     ----------
-    model : ProcessModel or Fit
-        Of a fit the margins come with bands over its uncertainty.
+    model : ProcessModel, TransferFunction or Fit
+        One lag, or an integrator; others are reduced to that by `half_rule`.  Of a fit
+        the margins come with bands over its uncertainty.
     tau_c : float, optional
         Closed-loop time constant, seconds, >= 0; by default `L`, of the PID `L / 2`.
     controller : "PI" or "PID"
@@ -43,8 +43,8 @@ def simc_plus(
     UsageError
         `tau_c` is out of its range, or `controller` another word (U01).
     NotIdentifiable
-        The model is none, or has no dead time to take as `tau_c` (M12), or the sign of its gain is
-        open (X12).
+        The model is none, or has no dead time to take as `tau_c` (M12), or is unstable (M02), or
+        the sign of its gain is open (X12).
 
     Notes
     -----
@@ -56,6 +56,7 @@ def simc_plus(
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> tuning = simc_plus(ProcessModel(K=2.0, T=1.0, L=3.0))
     >>> print(tuning.rule, "->", tuning.controller)
     SIMC+, tau_c = L -> PI: Kp = 0.166667, Ti = 2 s

@@ -23,7 +23,7 @@ class Tuning:
     rule : str
         The rule and what it was asked for.
     model : ProcessModel, TransferFunction or PolyModel
-        The model tuned on.
+        The model given; where the rule was computed on a reduced one, a note says on which (T05).
     margins : Margins
         On that model.
     bands : mapping

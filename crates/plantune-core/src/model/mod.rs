@@ -3,6 +3,7 @@
 mod approximate;
 mod convert;
 mod fopdt;
+mod horizon;
 mod pid;
 mod poly;
 mod process;
@@ -13,6 +14,7 @@ mod transfer;
 pub use approximate::{Delay, approximated};
 pub use convert::{c2d, check_fopdt, d2c};
 pub use fopdt::{Fopdt, Fraction};
+pub use horizon::horizon;
 pub use pid::{Filter, Pid, Terms, backward_euler, weighted};
 pub use poly::PolyModel;
 pub use process::ProcessModel;
@@ -56,6 +58,18 @@ enum Sampled<'m> {
 impl From<Fopdt> for Model {
     fn from(plant: Fopdt) -> Self {
         Model::Process(plant.into())
+    }
+}
+
+impl From<ProcessModel> for Model {
+    fn from(plant: ProcessModel) -> Self {
+        Model::Process(plant)
+    }
+}
+
+impl From<TransferFunction> for Model {
+    fn from(plant: TransferFunction) -> Self {
+        Model::Transfer(plant)
     }
 }
 

@@ -22,7 +22,13 @@ pub struct Actuator {
 
 impl Default for Actuator {
     fn default() -> Self {
-        Actuator { low: f64::NEG_INFINITY, high: f64::INFINITY, rate: f64::INFINITY, dead_band: 0.0, step: 0.0 }
+        Actuator {
+            low: f64::NEG_INFINITY,
+            high: f64::INFINITY,
+            rate: f64::INFINITY,
+            dead_band: 0.0,
+            step: 0.0,
+        }
     }
 }
 
@@ -55,7 +61,11 @@ impl Actuator {
             return Err(Error::argument("low", self.low, &format!("less than high, {}", self.high)));
         }
         if !(self.low <= u0 && u0 <= self.high) {
-            return Err(Error::argument("u0", u0, &format!("within the limits {} and {}", self.low, self.high)));
+            return Err(Error::argument(
+                "u0",
+                u0,
+                &format!("within the limits {} and {}", self.low, self.high),
+            ));
         }
         if !(self.rate > 0.0) {
             return Err(Error::argument("rate", self.rate, "positive, in units of u per second"));

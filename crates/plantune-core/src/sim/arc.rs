@@ -232,7 +232,11 @@ impl Cubic {
         let mut s = p0 / (p0 - p1);
         for _ in 0..60 {
             let p = self.at(s);
-            if (p > 0.0) == (p0 > 0.0) { low = s } else { high = s }
+            if (p > 0.0) == (p0 > 0.0) {
+                low = s
+            } else {
+                high = s
+            }
             let next = s - p / self.slope(s);
             let next = if low < next && next < high { next } else { 0.5 * (low + high) };
             if (next - s).abs() < CLOSE {
@@ -354,7 +358,10 @@ mod tests {
         for (ours, sum) in ours.iter().zip(sums(&p)) {
             assert!((ours - sum).abs() < 1e-10 * (1.0 + high - low), "{arc:?}: {ours} {sum}");
         }
-        assert!((0..=100).all(|k| (low - 1e-12..=high + 1e-12).contains(&p(f64::from(k) / 100.0))), "{arc:?}");
+        assert!(
+            (0..=100).all(|k| (low - 1e-12..=high + 1e-12).contains(&p(f64::from(k) / 100.0))),
+            "{arc:?}"
+        );
     }
 
     /// Zeros at 0.2, 0.5 and 0.9.

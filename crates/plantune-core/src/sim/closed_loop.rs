@@ -219,7 +219,6 @@ impl<'a, 's> Rows<'a, 's> {
         Ok(Rows { s, y, u, course, y0, u_final })
     }
 
-
     /// Every sample: read, compute, hold.
     fn sampled(&mut self, plant: impl Plant, pid: &Pid, Ts: f64) -> Ended {
         let s = self.s;
@@ -293,7 +292,9 @@ impl<'a, 's> Rows<'a, 's> {
 
             // Just after the node.
             let now = plant.now();
-            let wanted = manual.unwrap_or_else(|| solved(controller.now(r, p), [now.free, 0.0], [now.gain, 0.0], shift, [base, 0.0]));
+            let wanted = manual.unwrap_or_else(|| {
+                solved(controller.now(r, p), [now.free, 0.0], [now.gain, 0.0], shift, [base, 0.0])
+            });
             let u = within(wanted, controller.reach(0.0));
             let y = base + now.at(u + shift);
             controller.begin(r, p, y, u);
@@ -317,7 +318,13 @@ impl<'a, 's> Rows<'a, 's> {
             // Until just before the next one.
             let [end, area] = plant.ahead(u + shift);
             let wanted = manual.unwrap_or_else(|| {
-                solved(controller.ahead(), [end.free, area.free], [end.gain, area.gain], shift, [base, base * h])
+                solved(
+                    controller.ahead(),
+                    [end.free, area.free],
+                    [end.gain, area.gain],
+                    shift,
+                    [base, base * h],
+                )
             });
             let next = within(wanted, controller.reach(h));
             let v = next + shift;
@@ -338,7 +345,10 @@ impl<'a, 's> Rows<'a, 's> {
         let mut notes = Vec::new();
         if rows < self.y.len() {
             let t = (rows - 1) as f64 * self.s.dt;
-            let text = format!("the loop is unstable: y is {:.1e} after {t:.4} s, where the response ends", self.y[rows - 1]);
+            let text = format!(
+                "the loop is unstable: y is {:.1e} after {t:.4} s, where the response ends",
+                self.y[rows - 1]
+            );
             notes.push(
                 Note::warning("M02", text)
                     .at(Place { column: "y".to_owned(), row: Some(rows - 1), time: Some(t) })
@@ -408,7 +418,8 @@ fn check(pid: &Pid, s: &ClosedLoopSettings) -> Result<()> {
     if !(s.dt > 0.0 && s.dt.is_finite()) {
         return Err(Error::argument("Ts", s.dt, "a positive number of seconds"));
     }
-    let signals = [("r", Some(s.r)), ("d", s.d), ("dy", s.dy), ("noise", s.noise), ("p", s.p), ("manual", s.manual)];
+    let signals =
+        [("r", Some(s.r)), ("d", s.d), ("dy", s.dy), ("noise", s.noise), ("p", s.p), ("manual", s.manual)];
     for (name, x) in signals {
         let Some(x) = x else { continue };
         if x.len() != steps {
@@ -549,17 +560,14 @@ mod tests {
             Model::Transfer(TransferFunction { num: vec![-0.5, 1.0], den: vec![1.0, 0.8, 1.0], L: 0.4 }),
         ] {
             let pid = Pid { Ts: Some(Ts), Td: 0.2, Tf: 0.1, c: 0.5, ..Pid::pi(0.4, 1.5) };
-            let settings = ClosedLoopSettings {
-                offset: 2.0,
-                actuator: limits,
-                ..ClosedLoopSettings::new(Ts, &r)
-            };
+            let settings =
+                ClosedLoopSettings { offset: 2.0, actuator: limits, ..ClosedLoopSettings::new(Ts, &r) };
             let response = run(&model, &pid, settings);
             let mut plant = SampledPlant::new(&model, Ts, 0.0, 2.0).expect("a plant");
             let mut controller = SampledPid::new(&pid, Ts, limits, AntiWindup::Clamping, 2.0, 0.0);
-            for k in 0..r.len() {
+            for (k, &r) in r.iter().enumerate() {
                 assert_eq!(response.y[k], plant.output());
-                let u = controller.step(r[k], plant.output(), 0.0);
+                let u = controller.step(r, plant.output(), 0.0);
                 assert_eq!(response.u[k], u);
                 plant.step(u);
             }

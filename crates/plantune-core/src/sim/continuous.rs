@@ -49,19 +49,7 @@ impl ContinuousPid {
     pub fn new(pid: &Pid, h: f64, actuator: Actuator, anti_windup: AntiWindup, y0: f64, u0: f64) -> Self {
         let I = u0 - pid.Kp * (pid.b - 1.0) * y0;
         let filter = smooths(pid).then_some(Smooth { y: y0, slope: 0.0 });
-        ContinuousPid {
-            pid: *pid,
-            h,
-            actuator,
-            anti_windup,
-            I,
-            D: 0.0,
-            r: y0,
-            p: 0.0,
-            y: y0,
-            filter,
-            u: u0,
-        }
+        ContinuousPid { pid: *pid, h, actuator, anti_windup, I, D: 0.0, r: y0, p: 0.0, y: y0, filter, u: u0 }
     }
 
     /// Goes on with other settings, without a bump.
@@ -79,7 +67,11 @@ impl ContinuousPid {
     pub fn now(&self, r: f64, p: f64) -> Answer {
         let pid = &self.pid;
         if let Some(y) = self.filter {
-            return Answer { open: pid.Kp * (pid.b * r - y.y) + self.D_of(y) + self.I + p, slope: 0.0, area: 0.0 };
+            return Answer {
+                open: pid.Kp * (pid.b * r - y.y) + self.D_of(y) + self.I + p,
+                slope: 0.0,
+                area: 0.0,
+            };
         }
         let jump = self.jump_gain();
         let open = pid.Kp * pid.b * r + self.I + self.D + jump * (pid.c * (r - self.r) + self.y) + p;

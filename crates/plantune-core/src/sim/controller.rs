@@ -49,7 +49,8 @@ impl AntiWindup {
     pub fn check(self, Ts: Option<f64>) -> Result<()> {
         match self {
             AntiWindup::BackCalculation { Tt: Some(Tt) } if !(Tt > 0.0 && Tt >= Ts.unwrap_or(0.0)) => {
-                let needed = Ts.map_or("positive".to_owned(), |Ts| format!("at least the sample time, {Ts} s"));
+                let needed =
+                    Ts.map_or("positive".to_owned(), |Ts| format!("at least the sample time, {Ts} s"));
                 Err(Error::argument("Tt", Tt, &needed))
             }
             _ => Ok(()),
@@ -125,14 +126,7 @@ impl Law {
 
 impl SampledPid {
     /// At rest with the output `u0`, reading `y0`, which is the set point.
-    pub fn new(
-        pid: &Pid,
-        Ts: f64,
-        actuator: Actuator,
-        anti_windup: AntiWindup,
-        y0: f64,
-        u0: f64,
-    ) -> Self {
+    pub fn new(pid: &Pid, Ts: f64, actuator: Actuator, anti_windup: AntiWindup, y0: f64, u0: f64) -> Self {
         let law = Law::new(pid, Ts, anti_windup);
         let I = u0 - law.P(y0, y0);
         SampledPid { law, Ts, actuator, anti_windup, I, D: 0.0, r: y0, y: y0, y_before: y0, u: u0 }

@@ -147,7 +147,8 @@ impl Course {
         }
         let edges = [(high > 1.0 + BAND, 1.0 + BAND), (low < 1.0 - BAND, 1.0 - BAND)];
         let beyond = edges.into_iter().filter(|(is, _)| *is);
-        let last = beyond.filter_map(|(_, edge)| progress.affine(-edge, 1.0).last_root()).fold(f64::NAN, f64::max);
+        let last =
+            beyond.filter_map(|(_, edge)| progress.affine(-edge, 1.0).last_root()).fold(f64::NAN, f64::max);
         match self.settled {
             _ if last.is_finite() => t + last * h,
             before if before.is_nan() || out(begin) => t,

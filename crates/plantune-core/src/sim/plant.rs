@@ -102,7 +102,11 @@ pub fn resting(model: &Model, u0: f64, offset: f64) -> f64 {
 /// Whole samples of delay and the rest, refused where no memory holds them.
 pub fn delay_of(L: f64, Ts: f64) -> Result<Fraction> {
     if L / Ts > LONGEST {
-        return Err(Error::argument("Ts", Ts, &format!("at least {:.3e} s for a dead time of {L} s", L / LONGEST)));
+        return Err(Error::argument(
+            "Ts",
+            Ts,
+            &format!("at least {:.3e} s for a dead time of {L} s", L / LONGEST),
+        ));
     }
     Ok(Fraction::of(L, Ts))
 }
@@ -235,7 +239,11 @@ mod tests {
         let mut models: Vec<Model> =
             [0.0, 0.11, 0.6, 0.75].iter().map(|&L| Fopdt { K: -2.0, T: 0.7, L }.into()).collect();
         for L in [0.0, 0.11, 0.6, 0.75] {
-            models.push(Model::Transfer(TransferFunction { num: vec![-0.7, 1.0], den: vec![1.0, 0.2, 1.0], L }));
+            models.push(Model::Transfer(TransferFunction {
+                num: vec![-0.7, 1.0],
+                den: vec![1.0, 0.2, 1.0],
+                L,
+            }));
             models.push(Model::Process(ProcessModel {
                 K: 0.4,
                 T: vec![1.0, 1e-3],
@@ -270,7 +278,10 @@ mod tests {
         for model in models() {
             let mut plant = SampledPlant::new(&model, 0.3, 3.0, 5.0).expect("a plant");
             let rest = plant.output();
-            assert_eq!(rest, if model.dc_gain()[0].is_finite() { model.dc_gain()[0] * 3.0 + 5.0 } else { 5.0 });
+            assert_eq!(
+                rest,
+                if model.dc_gain()[0].is_finite() { model.dc_gain()[0] * 3.0 + 5.0 } else { 5.0 }
+            );
             assert!((0..50).all(|_| plant.step(3.0) == rest));
         }
     }

@@ -34,7 +34,11 @@ impl Table {
         for axis in &axes {
             let ascending = axis.windows(2).all(|pair| pair[0] < pair[1]);
             if axis.is_empty() || !ascending || axis.iter().any(|x| !x.is_finite()) {
-                return Err(Error::argument("axes", format!("{axis:?}"), "finite and ascending, without repeats"));
+                return Err(Error::argument(
+                    "axes",
+                    format!("{axis:?}"),
+                    "finite and ascending, without repeats",
+                ));
             }
         }
         let points: usize = axes.iter().map(Vec::len).product();
@@ -127,7 +131,11 @@ impl Schedule<'_> {
         for (name, x) in [("Kp", self.Kp), ("Ti", self.Ti), ("Ki", self.Ki), ("Td", self.Td)] {
             let Some(x) = x else { continue };
             if x.len() != rows {
-                return Err(Error::argument(name, format!("{} long", x.len()), &format!("{rows} long, like r")));
+                return Err(Error::argument(
+                    name,
+                    format!("{} long", x.len()),
+                    &format!("{rows} long, like r"),
+                ));
             }
             if let Some(row) = x.iter().position(|&x| x.is_nan() || name == "Ti" && x <= 0.0) {
                 let came = format!("{} in row {row} of the schedule", x[row]);

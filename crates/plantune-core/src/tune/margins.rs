@@ -13,7 +13,7 @@
 
 use std::f64::consts::PI;
 
-use super::open_loop::{OpenLoop, crosses_negative_axis, root};
+use super::open_loop::{OpenLoop, STEP, crosses_negative_axis, root};
 use crate::error::Result;
 use crate::linalg::Complex;
 use crate::model::{Delay, Model, Pid, approximated};
@@ -58,22 +58,24 @@ pub fn margins(model: &Model, pid: &Pid) -> Result<Margins> {
         phase_deg: f64::INFINITY,
         w_phase: f64::NAN,
         delay: f64::INFINITY,
-        Ms: peak(&grid, |w, L| sensitivity(w, L).0, &open, &L).max(S),
-        Mt: peak(&grid, |w, L| sensitivity(w, L).1, &open, &L).max(T),
-        noise_gain: peak(&grid, |w, L| open.controller(w).norm() / (1.0 + L).norm(), &open, &L)
+        Ms: peak(&grid, &L, |_, L| 1.0 / size(1.0 + L), &open).max(S),
+        Mt: peak(&grid, &L, |_, L| size(L) / size(1.0 + L), &open).max(T),
+        noise_gain: peak(&grid, &L, |w, L| size(open.controller(w)) / size(1.0 + L), &open)
             .max(CS)
             .max(open.noise_gain_beyond()),
     };
     for k in 0..grid.len() - 1 {
         let (a, b) = (grid[k], grid[k + 1]);
-        if crosses_negative_axis(L[k], L[k + 1]) {
+        // The size of L at a crossing is within a step of that at its ends.
+        let near = size(L[k]).ln().abs() - 2.0 * STEP < result.gain.ln().abs();
+        if near && crosses_negative_axis(L[k], L[k + 1]) {
             let w = root(a, b, |w| open.at(w).im);
             let at = open.at(w);
             if at.re < 0.0 && closer(1.0 / at.norm(), result.gain) {
                 (result.gain, result.w_gain) = (1.0 / at.norm(), w);
             }
         }
-        if (L[k].norm() > 1.0) != (L[k + 1].norm() > 1.0) {
+        if (L[k].norm_sqr() > 1.0) != (L[k + 1].norm_sqr() > 1.0) {
             let w = root(a, b, |w| open.at(w).norm().ln());
             let phase = PI + open.at(w).arg(); // in [0, 2 pi]
             let signed = if phase > PI { phase - 2.0 * PI } else { phase };
@@ -97,24 +99,24 @@ fn closer(factor: f64, than: f64) -> bool {
     factor.ln().abs() < than.ln().abs()
 }
 
-/// `|S|` and `|T|`.
-fn sensitivity(_: f64, L: Complex<f64>) -> (f64, f64) {
-    let S = 1.0 / (1.0 + L).norm();
-    (S, L.norm() * S)
+/// `|z|`; quicker than `hypot`, and no loop is near the ends of the range of numbers.
+fn size(z: Complex<f64>) -> f64 {
+    z.norm_sqr().sqrt()
 }
 
-/// Largest value over all frequencies: every local one on the grid, refined between its neighbours by
-/// golden section.
+/// Largest value over all frequencies: every local one on the grid that may be the largest, refined between
+/// its neighbours by golden section.
 ///
-/// From one frequency of the grid to the next `L` changes by a few percent of itself, so that a peak
-/// narrower than a step still stands out at one of its ends.
-fn peak(grid: &[f64], f: impl Fn(f64, Complex<f64>) -> f64, open: &OpenLoop, L: &[Complex<f64>]) -> f64 {
+/// From one frequency of the grid to the next `L` and `C` change by a few percent of themselves, so that a
+/// peak narrower than a step still stands out at one of its ends, and none rises further than `reach`.
+fn peak(grid: &[f64], L: &[Complex<f64>], f: impl Fn(f64, Complex<f64>) -> f64, open: &OpenLoop) -> f64 {
     let values: Vec<f64> = grid.iter().zip(L).map(|(&w, &L)| f(w, L)).collect();
-    let last = values.len() - 1;
-    let mut best = values[0].max(values[last]);
-    for k in 1..last {
-        if values[k] >= values[k - 1] && values[k] >= values[k + 1] {
-            best = best.max(values[k]).max(highest(grid[k - 1], grid[k + 1], |w| f(w, open.at(w))));
+    let mut best = values.iter().copied().fold(0.0, f64::max);
+    for k in 1..values.len() - 1 {
+        let reach = || (1.0 + 3.0 * STEP) / (1.0 - 3.0 * STEP * size(L[k]) / size(1.0 + L[k]));
+        let is_lower = || (0.0..best / values[k]).contains(&reach());
+        if values[k] >= values[k - 1] && values[k] >= values[k + 1] && !is_lower() {
+            best = best.max(highest(grid[k - 1], grid[k + 1], |w| f(w, open.at(w))));
         }
     }
     best

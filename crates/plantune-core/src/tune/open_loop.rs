@@ -18,7 +18,7 @@ use crate::model::{Model, Pid, c2d, weighted};
 use crate::poly::{is_hurwitz, is_stable, product, roots};
 
 /// Most that `ln L` changes from one frequency of the grid to the next.
-const STEP: f64 = 0.05;
+pub const STEP: f64 = 0.05;
 
 /// Most frequencies of a grid.
 const MOST: usize = 100_000;
@@ -108,7 +108,7 @@ impl OpenLoop {
     }
 
     /// Frequencies so close that `L` changes by a twentieth of itself at most, from where it stands still
-    /// or an integrator alone rules, until it has died out or to the Nyquist frequency.
+    /// or an integrator alone rules, until it has died out, or only turns, or to the Nyquist frequency.
     pub fn grid(&self) -> Vec<f64> {
         let (slowest, fastest) = self.span();
         let highest = self.sampled.map_or(f64::INFINITY, |Ts| PI / Ts);
@@ -131,16 +131,23 @@ impl OpenLoop {
         grid
     }
 
-    /// Frequencies from `low` to `high`, as close.
-    pub fn between(&self, low: f64, high: f64) -> Vec<f64> {
+    /// Frequencies from `low` to `high`, as close; from `turns` on, where the dead time has turned the phase
+    /// so far, as close as the rest of the loop asks for.
+    pub fn between(&self, low: f64, high: f64, turns: f64) -> Vec<f64> {
         let high = self.sampled.map_or(high, |Ts| high.min(PI / Ts));
         let mut grid = vec![low];
         let mut w = low;
         while w < high && grid.len() < MOST {
-            w = (w + (STEP / self.rate(w)).max(SMALLEST * w)).min(high);
+            let rate = if w < turns { self.rate(w) } else { (self.rate(w) - self.delay).max(1.0 / w) };
+            w = (w + (STEP / rate).max(SMALLEST * w)).min(high);
             grid.push(w);
         }
         grid
+    }
+
+    /// Dead time, s.
+    pub fn delay(&self) -> f64 {
+        self.delay
     }
 
     /// Whether the closed loop is stable.
@@ -234,10 +241,10 @@ impl OpenLoop {
     /// Bound of `|d ln L / d w|`, s.
     fn rate(&self, w: f64) -> f64 {
         let s = Complex::new(0.0, w);
-        let in_s: f64 = self.in_s.iter().map(|r| 1.0 / (s - r).norm()).sum();
+        let in_s: f64 = self.in_s.iter().map(|r| 1.0 / (s - r).norm_sqr().sqrt()).sum();
         let in_z = self.sampled.map_or(0.0, |Ts| {
             let z = Complex::from_polar(1.0, w * Ts);
-            self.in_z.iter().map(|r| Ts / (z - r).norm()).sum()
+            self.in_z.iter().map(|r| Ts / (z - r).norm_sqr().sqrt()).sum()
         });
         in_s + in_z + self.delay + 1e-3 / w
     }

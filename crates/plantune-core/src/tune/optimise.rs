@@ -66,7 +66,7 @@ pub struct Optimum {
 const FILTER: f64 = 0.1;
 
 /// Steps of the simulation per time scale of the loop while searching.
-const COARSE: f64 = 60.0;
+const COARSE: f64 = 40.0;
 
 /// Most evaluations of one simplex.
 const MOST: usize = 160;
@@ -123,10 +123,7 @@ impl<'m> Search<'m> {
     /// Coarse table, simplex, and a look at smaller gains.
     fn best(&self, answer: Answer, unit: [f64; 2]) -> Result<Optimum> {
         let cost = |x: &[f64]| self.at(x).map_or(f64::INFINITY, |pid| self.cost(&pid, answer, unit));
-        let mut starts: Vec<(Vec<f64>, f64)> =
-            self.table().into_iter().map(|x| (x.clone(), cost(&x))).collect();
-        starts.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let (start, least) = starts.swap_remove(0);
+        let (start, least) = self.best_of_table(answer, unit);
         if !least.is_finite() {
             return Err(self.impossible());
         }
@@ -142,7 +139,7 @@ impl<'m> Search<'m> {
                 _ => f64::INFINITY,
             }
         };
-        let start = [vec![-0.15], x.clone()].concat();
+        let start = [vec![-0.04], x.clone()].concat();
         if weaker(&start) < value {
             let (x, value) = simplex(weaker, &start, 0.1, 1e-3, MOST);
             let shape = self.shape(&x[1..]);
@@ -150,6 +147,34 @@ impl<'m> Search<'m> {
             return Ok(Optimum { pid: scaled(&shape, x[0].exp() * high), cost: value, held: 1.0 });
         }
         Ok(Optimum { pid: scaled(&shape, full.1), cost: value, held: 1.0 })
+    }
+
+    /// The least cost of the table. Where the bound is no better than what is found, nothing is simulated.
+    fn best_of_table(&self, answer: Answer, unit: [f64; 2]) -> (Vec<f64>, f64) {
+        let entries = self.table().into_iter().filter_map(|x| self.at(&x).map(|pid| (x, pid)));
+        let mut entries: Vec<_> = entries.map(|(x, pid)| (self.bound(&pid, answer, unit), x, pid)).collect();
+        entries.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut best = (Vec::new(), f64::INFINITY);
+        for (bound, x, pid) in entries {
+            if bound >= best.1 {
+                break;
+            }
+            let cost = self.cost(&pid, answer, unit);
+            if cost < best.1 {
+                best = (x, cost);
+            }
+        }
+        best
+    }
+
+    /// What the cost is at least: the error integrates to `1 / Ki` after a load, to `1 / (K Ki)` after a step.
+    fn bound(&self, pid: &Pid, answer: Answer, [of_load, of_set]: [f64; 2]) -> f64 {
+        let (load, set) = (1.0 / pid.Ki.abs(), 1.0 / (pid.Ki * self.plants[0].gain()).abs());
+        match answer {
+            Answer::Load => load / of_load,
+            Answer::SetPoint => set / of_set,
+            Answer::Both => 0.5 * (load / of_load + set / of_set),
+        }
     }
 
     /// Logarithms of `Ti`, `Td / Ti` and, where the noise gain is limited, `Tf / Td`.
@@ -182,7 +207,11 @@ impl<'m> Search<'m> {
     /// The controller of unit gain.
     fn shape(&self, x: &[f64]) -> Pid {
         let Ti = x[0].exp();
-        let base = Pid { Ts: self.wish.Ts, filter: self.wish.filter, ..Pid::pi(self.plants[0].sign(), Ti) };
+        let base = Pid {
+            Ts: self.wish.Ts,
+            filter: self.wish.filter,
+            ..Pid::pi(1f64.copysign(self.plants[0].gain()), Ti)
+        };
         match self.wish.terms {
             Terms::Pi => Pid { Tf: x.get(1).map_or(0.0, |f| f.exp() * Ti), ..base },
             Terms::Pid => {
@@ -235,14 +264,15 @@ impl<'m> Search<'m> {
             let held = self.held(&scaled(&found.pid, k))?;
             Ok((held >= self.wish.share - 1e-12).then_some(held))
         };
-        let close = if self.models.len() > 1 { 1e-3 } else { 1e-7 };
+        // Over many models a step of half a percent is close enough.
+        let (step, close) = if self.models.len() > 1 { (0.995, 1.0) } else { (0.99, 1e-5) };
         let (mut k, mut kept, mut high) = (1.0, enough(1.0)?, 1.0);
         while kept.is_none() {
             if k < 0.8 {
                 return Err(self.impossible());
             }
             high = k;
-            k *= 0.99;
+            k *= step;
             kept = enough(k)?;
         }
         while high - k > close {

@@ -16,6 +16,9 @@ use crate::error::Result;
 use crate::linalg::Complex;
 use crate::model::{Model, Pid};
 
+/// Phase of the dead time, rad, beyond which the worst phase stands for all of a turn.
+const TURNED: f64 = 6.0 * std::f64::consts::PI;
+
 /// Limits that a loop shall keep; absent ones are infinite.
 #[derive(Clone, Copy, Debug)]
 pub struct Robustness {
@@ -32,9 +35,12 @@ pub struct Plant {
     model: Model,
     w: Vec<f64>,
     G: Vec<Complex<f64>>,
+    /// From this frequency on a turn of the dead time is too quick to follow, and any phase is met.
+    turns: f64,
     /// Whether small gains are stable with integral action: no pole at 0 nor beyond.
     self_regulating: bool,
-    sign: f64,
+    /// Static gain; infinite for an integrating plant.
+    gain: f64,
     /// Shortest and longest time that matters, s.
     times: (f64, f64),
 }
@@ -45,21 +51,21 @@ impl Plant {
         let gain = model.dc_gain()[0];
         let open = OpenLoop::new(model, &Pid { Ki: 0.0, Ts, ..Pid::pi(1.0, 1.0) })?;
         let (slowest, fastest) = open.span();
-        let w = open.between(1e-2 * slowest, 30.0 * fastest);
+        let turns = if open.delay() > 0.0 { TURNED / open.delay() } else { f64::INFINITY };
+        let w = open.between(1e-2 * slowest, 30.0 * fastest, turns);
         let G = w.iter().map(|&w| open.at(w)).collect();
         let inside = |(re, im): (f64, f64)| match open.sampled() {
             Some(_) => re.hypot(im) < 1.0 - 1e-9,
             None => re < 0.0,
         };
         let self_regulating = open.plant_poles().into_iter().all(inside);
-        let sign = if gain < 0.0 { -1.0 } else { 1.0 };
         let times = (1.0 / fastest, 1.0 / slowest);
-        Ok(Plant { model: model.clone(), w, G, self_regulating, sign, times })
+        Ok(Plant { model: model.clone(), w, G, turns, self_regulating, gain, times })
     }
 
-    /// Sign of the process gain.
-    pub fn sign(&self) -> f64 {
-        self.sign
+    /// Static gain; infinite for an integrating plant.
+    pub fn gain(&self) -> f64 {
+        self.gain
     }
 
     /// Shortest and longest time that matters, s.
@@ -69,12 +75,12 @@ impl Plant {
 
     /// Lowest stable gap of gains `k > 0` for the controller `k shape`; empty where there is none.
     pub fn room(&self, shape: &Pid, limits: &Robustness) -> Option<(f64, f64)> {
-        if self.sign * shape.Kp < 0.0 {
+        if self.gain.is_sign_negative() != (shape.Kp < 0.0) {
             return None; // the controller pushes the wrong way
         }
         let mut forbidden = self.forbidden(shape, limits);
         // Beyond the highest frequency S is 1 and the noise meets the controller alone.
-        let most = limits.noise_gain / shape.gain_beyond();
+        let most = limits.noise_gain / self.gain_beyond(shape);
         if most.is_finite() {
             forbidden.push((most, f64::INFINITY));
         }
@@ -95,6 +101,19 @@ impl Plant {
         None
     }
 
+    /// Largest `|c|` above the frequencies of the plant; a filter on y has its peak near `1 / Tf`.
+    fn gain_beyond(&self, shape: &Pid) -> f64 {
+        let highest = self.w[self.w.len() - 1];
+        let reach = (10.0 / (shape.Tf * highest)).max(1.0);
+        let peak = |k: i32| shape.freqresp(highest * reach.powf(f64::from(k) / 80.0)).norm();
+        let sampled = shape.Ts.is_some();
+        if sampled || !reach.is_finite() {
+            shape.gain_beyond()
+        } else {
+            (0..=80).map(peak).fold(shape.gain_beyond(), f64::max)
+        }
+    }
+
     /// The intervals that the limits forbid, one for each frequency at most and limit.
     fn forbidden(&self, shape: &Pid, limits: &Robustness) -> Vec<(f64, f64)> {
         let of_S = 1.0 - limits.Ms.powi(-2);
@@ -104,7 +123,8 @@ impl Plant {
         for (&w, &G) in self.w.iter().zip(&self.G) {
             let c = shape.freqresp(w);
             let l = c * G;
-            let (size, half) = (l.norm_sqr(), l.re);
+            let size = l.norm_sqr();
+            let half = if w < self.turns { l.re } else { -size.sqrt() };
             let quadratics = [(size, of_S), (of_T * size, 1.0), (size - per_noise * c.norm_sqr(), 1.0)];
             let wanted = if limits.noise_gain.is_finite() { 3 } else { 2 };
             found.extend(quadratics[..wanted].iter().filter_map(|&(p, r)| below_zero(p, half, r)));

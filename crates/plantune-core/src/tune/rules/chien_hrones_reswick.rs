@@ -8,12 +8,15 @@
 //! ```
 //!
 //! Each entry is `Kp, Ti` or `Kp, Ti, Td`; `Tf = Td / 10` is ours. K. L. Chien, J. A. Hrones and J. B.
-//! Reswick, On the automatic control of generalized passive systems, Trans. ASME 74 (1952). A negative gain
-//! gives a negative `Kp`.
+//! Reswick, On the automatic control of generalized passive systems, Trans. ASME 74 (1952). All twelve entries
+//! stand so in two independent public copies of the table; others print 2.38 L, 1.16 T and 1.36 T unrounded.
+//! The range of `L / T` that the verb notes, 1/9 to 1, is in neither of them. A negative gain gives a negative
+//! `Kp`.
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Fopdt, Pid};
+use crate::model::{Fopdt, Model};
+use crate::tune::rule::{Found, Rule, Settings};
 
 /// What the loop shall answer well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,11 +36,19 @@ pub enum Overshoot {
     Twenty,
 }
 
-/// Settings; the plant must have a dead time.
-pub fn chien_hrones_reswick(model: &Fopdt, step: Step, overshoot: Overshoot, terms: Terms) -> Result<Pid> {
+/// Settings; the plant must settle and have a dead time.
+pub fn chien_hrones_reswick(
+    model: &Model,
+    step: Step,
+    overshoot: Overshoot,
+    terms: Terms,
+) -> Result<Settings> {
+    Rule::new("Chien-Hrones-Reswick", &|plant| first(plant, step, overshoot, terms)).on(model, None)
+}
+
+fn first(&Fopdt { K, T, L }: &Fopdt, step: Step, overshoot: Overshoot, terms: Terms) -> Found {
     use Overshoot::{Twenty, Zero};
-    check_delayed(model, "Chien-Hrones-Reswick")?;
-    let Fopdt { K, T, L } = *model;
+    check_delayed(L, "Chien-Hrones-Reswick")?;
     let (Kp, Ti, Td) = match (step, overshoot, terms) {
         (Step::Load, Zero, Terms::Pi) => (0.6, 4.0 * L, 0.0),
         (Step::Load, Zero, Terms::Pid) => (0.95, 2.4 * L, 0.42),
@@ -48,5 +59,5 @@ pub fn chien_hrones_reswick(model: &Fopdt, step: Step, overshoot: Overshoot, ter
         (Step::SetPoint, Twenty, Terms::Pi) => (0.6, T, 0.0),
         (Step::SetPoint, Twenty, Terms::Pid) => (0.95, 1.4 * T, 0.47),
     };
-    Ok(pid(Kp * T / (K * L), Ti, Td * L))
+    Ok((pid(Kp * T / (K * L), Ti, Td * L), f64::NAN))
 }

@@ -9,23 +9,29 @@
 //!
 //! G. H. Cohen and G. A. Coon, Theoretical consideration of retarded control, Trans. ASME 75 (1953), in the
 //! rounded fractions of the textbooks. Places the dominant poles so that a load decays by three quarters
-//! each period. The filter is ours. A negative gain gives a negative `Kp`.
+//! each period. Several independent public copies have these fractions, one the range of `r` from 0.1 to 1
+//! that the verb notes; others go up to 2 or 4. The filter is ours. A negative gain gives a negative `Kp`.
 
 use super::{Terms, check_delayed, pid};
 use crate::error::Result;
-use crate::model::{Fopdt, Pid};
+use crate::model::{Fopdt, Model, Pid};
+use crate::tune::rule::{Found, Rule, Settings};
 
-/// Settings; the plant must have a dead time.
-pub fn cohen_coon(model: &Fopdt, terms: Terms) -> Result<Pid> {
-    check_delayed(model, "Cohen-Coon")?;
-    let Fopdt { K, T, L } = *model;
+/// Settings; the plant must settle and have a dead time.
+pub fn cohen_coon(model: &Model, terms: Terms) -> Result<Settings> {
+    Rule::new("Cohen-Coon", &|plant| first(plant, terms)).on(model, None)
+}
+
+fn first(&Fopdt { K, T, L }: &Fopdt, terms: Terms) -> Found {
+    check_delayed(L, "Cohen-Coon")?;
     let r = L / T;
-    Ok(match terms {
+    let settings = match terms {
         Terms::Pi => Pid::pi((0.9 / r + 1.0 / 12.0) / K, L * (30.0 + 3.0 * r) / (9.0 + 20.0 * r)),
         Terms::Pid => pid(
             (4.0 / 3.0 / r + 0.25) / K,
             L * (32.0 + 6.0 * r) / (13.0 + 8.0 * r),
             4.0 * L / (11.0 + 2.0 * r),
         ),
-    })
+    };
+    Ok((settings, f64::NAN))
 }

@@ -12,14 +12,18 @@
 
 use super::check_delayed;
 use crate::error::Result;
-use crate::model::{Fopdt, Pid};
+use crate::model::{Fopdt, Model, Pid};
+use crate::tune::rule::{Found, Rule, Settings};
 
-/// Settings; the plant must have a dead time.
-pub fn refined_ziegler_nichols(model: &Fopdt) -> Result<Pid> {
-    check_delayed(model, "refined Ziegler-Nichols")?;
-    let Fopdt { K, T, L } = *model;
+/// Settings; the plant must settle and have a dead time.
+pub fn refined_ziegler_nichols(model: &Model) -> Result<Settings> {
+    Rule::new("refined Ziegler-Nichols", &first).on(model, None)
+}
+
+fn first(&Fopdt { K, T, L }: &Fopdt) -> Found {
+    check_delayed(L, "refined Ziegler-Nichols")?;
     let (K_u, T_u) = (T / (K * L), 4.0 * L);
     let Kp = 5.0 / 6.0 * K_u * (12.0 + K_u * K) / (15.0 + 14.0 * K_u * K);
     let Ti = T_u / 5.0 * (4.0 / 15.0 * K_u * K + 1.0);
-    Ok(Pid::pi(Kp, Ti))
+    Ok((Pid::pi(Kp, Ti), f64::NAN))
 }

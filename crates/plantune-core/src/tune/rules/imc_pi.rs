@@ -7,13 +7,15 @@
 //! tau_c = (1 / (pi/2 - phi_M) - 1) L                        (3.6-43), phase margin phi_M
 //! ```
 //!
-//! Source 001, 3.6.5 and 3.6.6; `tau_c` is its `T_F`. A negative gain gives a negative `Kp`.
+//! Source 001, 3.6.5 and 3.6.6; `tau_c` is its `T_F`. Serves one lag; other plants that settle are reduced to
+//! that. A negative gain gives a negative `Kp`.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::check_tau_c;
 use crate::error::{Error, Result};
-use crate::model::{Fopdt, Pid, check_fopdt};
+use crate::model::{Fopdt, Model, Pid};
+use crate::tune::rule::{Rule, Settings};
 
 /// What fixes the closed-loop time constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,25 +28,46 @@ pub enum ImcTarget {
     TauC(f64),
 }
 
+impl ImcTarget {
+    /// As arguments name it.
+    pub fn name(self) -> &'static str {
+        match self {
+            ImcTarget::GainMargin(_) => "gain_margin",
+            ImcTarget::PhaseMargin(_) => "phase_margin",
+            ImcTarget::TauC(_) => "tau_c",
+        }
+    }
+
+    /// What is wished.
+    pub fn value(self) -> f64 {
+        let (ImcTarget::GainMargin(value) | ImcTarget::PhaseMargin(value) | ImcTarget::TauC(value)) = self;
+        value
+    }
+
+    pub(super) fn no_delay(self) -> Error {
+        let name = self.name();
+        Error::new("M12", format!("a plant without delay reaches any `{name}`: it does not fix the settings"))
+            .remedy("give tau_c, the wished closed-loop time constant in seconds")
+    }
+}
+
 /// Settings and the closed-loop time constant `tau_c`, s.
-pub fn imc_pi(model: &Fopdt, target: ImcTarget) -> Result<(Pid, f64)> {
-    check_fopdt(model)?;
-    let Fopdt { K, T, L } = *model;
-    let tau_c = tau_c(L, target)?;
-    Ok((Pid::pi(T / (K * (tau_c + L)), T), tau_c))
+pub fn imc_pi(model: &Model, target: ImcTarget) -> Result<Settings> {
+    let wish = if let ImcTarget::TauC(tau_c) = target { Some(tau_c) } else { None };
+    Rule::new("IMC-PI", &|&Fopdt { K, T, L }| {
+        let tau_c = tau_c(L, target)?;
+        Ok((Pid::pi(T / (K * (tau_c + L)), T), tau_c))
+    })
+    .on(model, wish)
 }
 
 fn tau_c(L: f64, target: ImcTarget) -> Result<f64> {
-    let no_delay = |name: &str| {
-        Error::new("M12", format!("a plant without delay reaches any `{name}`: it does not fix the settings"))
-            .remedy("give tau_c, the wished closed-loop time constant in seconds")
-    };
     match target {
         ImcTarget::GainMargin(A) if A > FRAC_PI_2 && A.is_finite() => {
             if L > 0.0 {
                 Ok((2.0 * A / PI - 1.0) * L)
             } else {
-                Err(no_delay("gain_margin"))
+                Err(target.no_delay())
             }
         }
         ImcTarget::GainMargin(A) => {
@@ -55,7 +78,7 @@ fn tau_c(L: f64, target: ImcTarget) -> Result<f64> {
             if !(rest > 0.0 && rest < 1.0) {
                 return Err(Error::argument("phase_margin", degrees, "between 32.704 and 90 degrees"));
             }
-            if L > 0.0 { Ok((1.0 / rest - 1.0) * L) } else { Err(no_delay("phase_margin")) }
+            if L > 0.0 { Ok((1.0 / rest - 1.0) * L) } else { Err(target.no_delay()) }
         }
         ImcTarget::TauC(tau) => check_tau_c(tau, L),
     }
@@ -68,7 +91,8 @@ mod tests {
     const PLANT: Fopdt = Fopdt { K: -5.939, T: 0.1491, L: 0.1 };
 
     fn tuned(model: Fopdt, target: ImcTarget) -> (Pid, f64) {
-        imc_pi(&model, target).expect("settings")
+        let Settings { pid, tau_c, .. } = imc_pi(&model.into(), target).expect("settings");
+        (pid, tau_c)
     }
 
     /// `A_M = pi (tau_c + L) / (2 L)` and `phi_M = pi/2 - L / (tau_c + L)`, (3.6-35) and (3.6-38).
@@ -105,7 +129,7 @@ mod tests {
 
     #[test]
     fn wishes_out_of_reach_are_refused() {
-        let code = |model, target| imc_pi(&model, target).expect_err("a refusal").code();
+        let code = |model: Fopdt, target| imc_pi(&model.into(), target).expect_err("a refusal").code();
         for A in [FRAC_PI_2, 0.0, f64::NAN, f64::INFINITY] {
             assert_eq!(code(PLANT, ImcTarget::GainMargin(A)), "U01", "{A}");
         }
