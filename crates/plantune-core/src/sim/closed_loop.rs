@@ -186,8 +186,6 @@ struct Rows<'a, 's> {
     course: Course,
     y0: f64,
     u_final: f64,
-    /// No sound response goes beyond.
-    bound: f64,
 }
 
 impl<'a, 's> Rows<'a, 's> {
@@ -198,7 +196,7 @@ impl<'a, 's> Rows<'a, 's> {
         y: &'a mut [f64],
         u: &'a mut [f64],
     ) -> Result<Self> {
-        let largest = check(pid, s)?;
+        check(pid, s)?;
         if y.len() != s.r.len() + 1 || u.len() != y.len() {
             let came = format!("{} and {} long", y.len(), u.len());
             return Err(Error::argument("y, u", came, &format!("{} long", s.r.len() + 1)));
@@ -218,43 +216,56 @@ impl<'a, 's> Rows<'a, 's> {
         let (r, d) = (s.r[end], s.of(s.d, end));
         let u_final = if K.is_finite() { (r - s.of(s.dy, end) - offset) / K - d } else { s.u0 - d };
         let course = Course::new(Move { from: y0, to: r }, Move { from: s.u0, to: u_final });
-        Ok(Rows { s, y, u, course, y0, u_final, bound: RUNAWAY * (1.0 + y0.abs() + largest) })
+        Ok(Rows { s, y, u, course, y0, u_final })
     }
 
     /// Every sample: read, compute, hold.
-    fn sampled(&mut self, mut plant: impl Plant, pid: &Pid, Ts: f64) -> Ended {
+    fn sampled(&mut self, plant: impl Plant, pid: &Pid, Ts: f64) -> Ended {
         let s = self.s;
+        let signals = [s.d, s.dy, s.noise, s.p, s.manual];
+        let constant = s.settings.is_empty() && s.schedule.is_empty() && s.actuator.follows();
+        if signals.iter().all(Option::is_none) && constant && s.y_step == 0.0 {
+            self.sample_by_sample::<true>(plant, pid, Ts)
+        } else {
+            self.sample_by_sample::<false>(plant, pid, Ts)
+        }
+    }
+
+    /// `PLAIN`: a set point and nothing else.
+    fn sample_by_sample<const PLAIN: bool>(&mut self, mut plant: impl Plant, pid: &Pid, Ts: f64) -> Ended {
+        let s = self.s;
+        let of = |x: Option<&[f64]>, k: usize| if PLAIN { 0.0 } else { s.of(x, k) };
         let mut sums = Sums::new(&mut self.course);
-        let read = quantised(plant.output(), s.y_step);
         let mut settings = Settings::new(pid, s);
-        let mut controller = SampledPid::new(&settings.first(), Ts, s.actuator, s.anti_windup, read, s.u0);
-        let (mut position, follows) = (s.u0, s.actuator.follows());
-        let end = s.r.len();
-        for k in 0..end {
-            let (r, dy, p) = (s.r[k], s.of(s.dy, k), s.of(s.p, k));
-            let y = plant.output() + dy;
-            if let Some(pid) = settings.change(k) {
-                controller.set(&pid);
-            }
-            let read = quantised(y + s.of(s.noise, k), s.y_step);
-            let mut u = match s.manual {
-                Some(manual) if !manual[k].is_nan() => controller.hold(r, read, p, manual[k]),
-                _ => controller.step(r, read, p),
-            };
-            if follows {
-                position = u;
-            } else {
-                (u, position) = s.actuator.position(u, position);
-            }
-            (self.y[k], self.u[k]) = (y, u);
-            if !(y.abs() < self.bound) {
+        let rest = quantised(plant.output(), s.y_step);
+        let mut controller = SampledPid::new(&settings.first(), Ts, s.actuator, s.anti_windup, rest, s.u0);
+        let mut position = s.u0;
+        let rows = s.r.iter().zip(self.y.iter_mut().zip(self.u.iter_mut()));
+        for (k, (&r, (y, u))) in rows.enumerate() {
+            *y = plant.output() + of(s.dy, k);
+            if !(y.abs() < bound(self.y0, r)) {
                 return (k + 1, sums.indices());
             }
-            sums.step(k as f64 * Ts, r, dy);
-            sums.held(Ts, u);
-            plant.run(position + s.of(s.d, k), &mut sums);
+            if PLAIN {
+                *u = controller.step(r, *y, 0.0);
+                position = *u;
+            } else {
+                if let Some(pid) = settings.change(k) {
+                    controller.set(&pid);
+                }
+                let (read, p) = (quantised(*y + of(s.noise, k), s.y_step), of(s.p, k));
+                let wanted = match s.manual {
+                    Some(manual) if !manual[k].is_nan() => controller.hold(r, read, p, manual[k]),
+                    _ => controller.step(r, read, p),
+                };
+                (*u, position) = s.actuator.position(wanted, position);
+            }
+            sums.step(k as f64 * Ts, r, of(s.dy, k));
+            sums.held(Ts, *u);
+            plant.run(position + of(s.d, k), &mut sums);
         }
-        self.y[end] = plant.output() + s.of(s.dy, end);
+        let end = s.r.len();
+        self.y[end] = plant.output() + of(s.dy, end);
         self.u[end] = self.u[end - 1];
         (end + 1, sums.indices())
     }
@@ -295,7 +306,7 @@ impl<'a, 's> Rows<'a, 's> {
                 sums.step(k as f64 * s.dt, r, dy);
                 row += 1;
             }
-            if !(y.abs() < self.bound) {
+            if !(y.abs() < bound(self.y0, r)) {
                 (self.y[row - 1], self.u[row - 1]) = (y, u);
                 return Ok((row, sums.indices()));
             }
@@ -341,12 +352,18 @@ impl<'a, 's> Rows<'a, 's> {
             notes.push(
                 Note::warning("M02", text)
                     .at(Place { column: "y".to_owned(), row: Some(rows - 1), time: Some(t) })
-                    .measured(self.y[rows - 1].abs(), self.bound)
+                    .measured(self.y[rows - 1].abs(), bound(self.y0, self.s.r[rows - 1]))
                     .remedy("lower the gain, or look at tune.stability"),
             );
         }
         LoopRun { rows, indices, u_final: self.u_final, notes }
     }
+}
+
+/// No sound response goes beyond.
+#[inline(always)]
+fn bound(y0: f64, r: f64) -> f64 {
+    RUNAWAY * (1.0 + y0.abs() + r.abs())
 }
 
 /// `u = open - slope y - area int y` where `y` and its integral are `base + free + gain (u + shift)`.
@@ -391,8 +408,8 @@ impl<'a> Settings<'a> {
     }
 }
 
-/// Refuses what does not go together; returns the largest set point.
-fn check(pid: &Pid, s: &ClosedLoopSettings) -> Result<f64> {
+/// Refuses what does not go together.
+fn check(pid: &Pid, s: &ClosedLoopSettings) -> Result<()> {
     pid.check()?;
     let steps = s.r.len();
     if steps == 0 {
@@ -451,7 +468,7 @@ fn check(pid: &Pid, s: &ClosedLoopSettings) -> Result<f64> {
             "given",
             "absent: a continuous controller has no sample at which to jump; give pid a Ts",
         )),
-        _ => Ok(s.r.iter().fold(0.0, |largest: f64, r| largest.max(r.abs()))),
+        _ => Ok(()),
     }
 }
 

@@ -1,16 +1,20 @@
 //! Time-domain indices of a closed-loop response, from true integrals, piece by piece as it runs.
 //!
 //! `rise` 10-90 %, `settling` into 2 % of the move, overshoots in percent of the move, `ise iae itae` of
-//! `r - y`, `control_energy` the integral of `u^2`, `total_variation` of `u`. Between two nodes y is the cubic
-//! through values and slopes, which costs `(h / T)^4 / 720` of what a mode of time `T` contributes.
+//! `r - y`, `control_energy` the integral of `u^2`, `total_variation` of `u`. Between two nodes a first
+//! order is followed exactly; of other plants y is the cubic through values and slopes, which costs
+//! `(h / T)^4 / 720` of what a mode of time `T` contributes.
 //! Source 001, tables 3.6-2 and 3.6-3, and (3.6-55).
 
-use super::curve::Curve;
+use super::arc::{Arc, Moments};
 
 /// Half width of the band of settling, as a share of the move.
 const BAND: f64 = 0.02;
 /// A piece whose share of the integrals is less has no sign worth looking for.
 const NEGLIGIBLE: f64 = 1e-13;
+
+/// An interval that holds nothing.
+const NOWHERE: (f64, f64) = (f64::INFINITY, f64::NEG_INFINITY);
 
 /// Indices; NaN where the response does not define one (no set-point move, not settled).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,14 +50,14 @@ pub struct Move {
 
 /// What happens between nodes is told to one of these.
 pub trait Watch {
-    /// For `h` seconds y is a smooth curve, given by value and slope at both ends.
-    fn curve(&mut self, h: f64, begin: (f64, f64), end: (f64, f64));
+    /// For `h` seconds y is smooth.
+    fn arc(&mut self, h: f64, y: impl Arc);
 }
 
 /// Nobody watches.
 impl Watch for () {
     #[inline(always)]
-    fn curve(&mut self, _: f64, _: (f64, f64), _: (f64, f64)) {}
+    fn arc(&mut self, _: f64, _: impl Arc) {}
 }
 
 /// Indices in the making: what every piece adds to, apart from what few pieces change.
@@ -98,11 +102,10 @@ impl Course {
     pub fn new(y: Move, u: Move) -> Self {
         let scale = |x: Move| if x.to == x.from { 0.0 } else { 1.0 / (x.to - x.from) };
         let scale_y = scale(y);
-        let nowhere = (f64::INFINITY, f64::NEG_INFINITY);
         Course {
             y0: y.from,
             scale: scale_y,
-            quiet: if scale_y == 0.0 { (f64::NEG_INFINITY, f64::INFINITY) } else { nowhere },
+            quiet: if scale_y == 0.0 { (f64::NEG_INFINITY, f64::INFINITY) } else { NOWHERE },
             reached: [f64::NAN; 2],
             settled: 0.0,
             peak: 0.0,
@@ -114,39 +117,41 @@ impl Course {
     }
 
     /// The output over `[t, t + h]`.
-    fn follow(&mut self, t: f64, h: f64, y: &Curve) {
-        let progress = Curve(y.0.map(|y| (y - self.y0) * self.scale));
-        let (low, high) = progress.hull();
+    #[inline(never)]
+    fn follow(&mut self, t: f64, h: f64, y: impl Arc) {
+        let progress = y.affine(-self.y0 * self.scale, self.scale);
+        let Moments { low, high, .. } = progress.moments();
         for (reached, level) in self.reached.iter_mut().zip([0.1, 0.9]) {
             if reached.is_nan() && high >= level {
-                let from = progress.below(level);
-                let at = if from.0[0] <= 0.0 { Some(0.0) } else { from.first_root() };
+                let from = progress.affine(-level, 1.0);
+                let at = if from.ends().0 >= 0.0 { Some(0.0) } else { from.first_root() };
                 *reached = at.map_or(f64::NAN, |s| t + s * h);
             }
         }
         if high > self.peak {
             self.peak = self.peak.max(progress.largest());
         }
-        self.settled = self.settled(t, h, &progress, (low, high));
+        self.settled = self.settled(t, h, progress, (low, high));
         // In the band, below the peak, past 90 %: as it goes on, nothing changes.
         let done = self.settled.is_finite() && self.reached[1].is_finite();
         let of = |progress: f64| self.y0 + progress / self.scale;
         let (a, b) = (of(1.0 - BAND), of(self.peak.min(1.0 + BAND)));
-        self.quiet = if done { (a.min(b), a.max(b)) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+        self.quiet = if done { (a.min(b), a.max(b)) } else { NOWHERE };
     }
 
-    fn settled(&self, t: f64, h: f64, progress: &Curve, (low, high): (f64, f64)) -> f64 {
+    fn settled(&self, t: f64, h: f64, progress: impl Arc, (low, high): (f64, f64)) -> f64 {
         let out = |p: f64| (p - 1.0).abs() > BAND;
-        if out(progress.0[3]) {
+        let (begin, end) = progress.ends();
+        if out(end) {
             return f64::NAN;
         }
-        let beyond = [(high > 1.0 + BAND, 1.0 + BAND), (low < 1.0 - BAND, 1.0 - BAND)];
-        let left =
-            beyond.into_iter().filter(|(is, _)| *is).filter_map(|(_, edge)| progress.below(edge).last_root());
-        let last = left.fold(f64::NAN, f64::max);
+        let edges = [(high > 1.0 + BAND, 1.0 + BAND), (low < 1.0 - BAND, 1.0 - BAND)];
+        let beyond = edges.into_iter().filter(|(is, _)| *is);
+        let last =
+            beyond.filter_map(|(_, edge)| progress.affine(-edge, 1.0).last_root()).fold(f64::NAN, f64::max);
         match self.settled {
             _ if last.is_finite() => t + last * h,
-            before if before.is_nan() || out(progress.0[0]) => t,
+            before if before.is_nan() || out(begin) => t,
             before => before,
         }
     }
@@ -230,21 +235,18 @@ impl<'c> Sums<'c> {
 
 impl Watch for Sums<'_> {
     #[inline(always)]
-    fn curve(&mut self, h: f64, (p0, slope0): (f64, f64), (p1, slope1): (f64, f64)) {
-        let y = Curve::new(h, (p0 + self.dy, slope0), (p1 + self.dy, slope1));
-        let e = y.below(self.r);
-        let (low, high) = y.hull();
-        let (mean, first) = if self.r >= high || self.r <= low {
-            let (mean, first) = e.moments();
-            (mean.abs(), first.abs())
-        } else {
-            e.absolute_moments(NEGLIGIBLE * self.iae / h)
-        };
-        self.ise += h * e.square();
+    fn arc(&mut self, h: f64, y: impl Arc) {
+        let e = y.affine(self.r - self.dy, -1.0);
+        let Moments { mean, first, square, low, high } = e.moments();
+        let (mut mean, mut first) = (mean.abs(), first.abs());
+        if low * high < 0.0 && h * (high - low) > NEGLIGIBLE * self.iae {
+            (mean, first) = e.absolute_moments();
+        }
+        self.ise += h * square;
         self.iae += h * mean;
         self.itae += h * (self.t * mean + h * first);
-        if low < self.course.quiet.0 || high > self.course.quiet.1 {
-            self.course.follow(self.t, h, &y);
+        if self.r - high < self.course.quiet.0 || self.r - low > self.course.quiet.1 {
+            self.course.follow(self.t, h, y.affine(self.dy, 1.0));
         }
         self.t += h;
     }

@@ -1,10 +1,10 @@
 //! Models at work: over a record, in a closed loop, and under a relay.
 
 mod actuator;
+mod arc;
 mod closed_loop;
 mod continuous;
 mod controller;
-mod curve;
 mod horizon;
 mod indices;
 mod over_record;

@@ -10,8 +10,9 @@
 //! Everything is exact at the samples; [`super::state`] says what is known in between. A polynomial model
 //! knows its samples only and is drawn straight from one to the next.
 
+use super::arc::Cubic;
 use super::indices::Watch;
-use super::state::{FirstOrder, General, State, stretches};
+use super::state::{FirstOrder, General, State};
 use crate::error::{Error, Result};
 use crate::model::{Fraction, Model, PolyModel, Realisation};
 use crate::poly::product;
@@ -134,9 +135,8 @@ struct Stretch<S: State> {
 impl<S: State> Delayed<S> {
     fn new(state: S, L: f64, Ts: f64, u0: f64, y0: f64) -> Result<Self> {
         let Fraction { m, f } = delay_of(L, Ts)?;
-        let poles = state.poles();
         let cut = |total: f64| -> Vec<Stretch<S>> {
-            stretches(total, &poles).into_iter().map(|h| Stretch { h, held: state.over(h) }).collect()
+            state.cut(total).into_iter().map(|h| Stretch { h, held: state.over(h) }).collect()
         };
         let (early, late) = (cut(f), cut(Ts - f));
         Ok(Delayed { early, late, past: vec![0.0; m + 1], oldest: 0, direct: state.direct(), u0, y0, state })
@@ -155,13 +155,13 @@ impl<S: State> Plant for Delayed<S> {
         self.past[self.oldest] = v - self.u0;
         self.oldest = if self.oldest + 1 == self.past.len() { 0 } else { self.oldest + 1 };
         let newer = self.past[self.oldest];
-        for (stretches, v) in [(&self.early, older), (&self.late, newer)] {
-            let rest = self.y0 + self.direct * v;
-            for stretch in stretches {
-                let begin = (rest + self.state.output(), self.state.slope(v));
-                self.state.run(&stretch.held, v, v);
-                watch.curve(stretch.h, begin, (rest + self.state.output(), self.state.slope(v)));
-            }
+        let rest = self.y0 + self.direct * older;
+        for Stretch { h, held } in &self.early {
+            watch.arc(*h, self.state.hold(held, *h, older, rest));
+        }
+        let rest = self.y0 + self.direct * newer;
+        for Stretch { h, held } in &self.late {
+            watch.arc(*h, self.state.hold(held, *h, newer, rest));
         }
     }
 }
@@ -222,7 +222,7 @@ impl Plant for Difference {
             self.memory[k - 1] = self.b[k] * late - self.a[k] * self.y + later;
         }
         let slope = (self.output() - before) / self.Ts;
-        watch.curve(self.Ts, (before, slope), (self.output(), slope));
+        watch.arc(self.Ts, Cubic::new(self.Ts, (before, slope), (self.output(), slope)));
     }
 }
 

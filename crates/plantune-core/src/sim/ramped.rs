@@ -7,6 +7,7 @@
 //!
 //! The gains are zero once the delay exceeds a node. The answer to such an input is exact for any delay.
 
+use super::arc::Cubic;
 use super::indices::Watch;
 use super::plant::delay_of;
 use super::state::{State, stretches};
@@ -143,7 +144,7 @@ impl<S: State> Ramped<S> {
         }
         self.state.copy(&self.ahead.state);
         for (stretch, [begin, end]) in self.stretches.iter().zip(&self.ahead.ends) {
-            watch.curve(stretch.h, (y0 + begin.0, begin.1), (y0 + end.0, end.1));
+            watch.arc(stretch.h, Cubic::new(stretch.h, (y0 + begin.0, begin.1), (y0 + end.0, end.1)));
         }
         self.oldest = (self.oldest + 1) % self.lines.len();
     }

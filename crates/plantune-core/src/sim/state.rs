@@ -9,6 +9,7 @@
 //! of the input so that a cubic through these is exact to about 1e-6 of every mode: short at first where a
 //! mode is fast, and longer as it dies out.
 
+use super::arc::{Arc, Cubic, Decay, Shape};
 use crate::model::{Fopdt, Realisation, Transition};
 
 /// Longest stretch as a share of the time `1/|p|` of a live mode; the cubic costs `FINE^4 / 720`.
@@ -20,11 +21,17 @@ const MOST: usize = 10_000;
 pub trait State: Clone {
     /// A stretch of time.
     type Move: Clone + std::fmt::Debug;
+    /// What y does meanwhile under an input that is held.
+    type Held: Arc;
 
     /// A stretch of `h` seconds.
     fn over(&self, h: f64) -> Self::Move;
     /// Moves on while the input runs straight from `v0` to `v1`.
     fn run(&mut self, stretch: &Self::Move, v0: f64, v1: f64);
+    /// As [`State::run`] under the input `v`; `rest` is added to the output.
+    fn hold(&mut self, stretch: &Self::Move, h: f64, v: f64, rest: f64) -> Self::Held;
+    /// Lengths that add up to `total`, in each of which [`State::Held`] is what y does.
+    fn cut(&self, total: f64) -> Vec<f64>;
     /// Output, the direct share of the input left out.
     fn output(&self) -> f64;
     /// Direct share of the input in the output.
@@ -54,6 +61,7 @@ pub struct FirstOrderMove {
     a: f64,
     begin: f64,
     end: f64,
+    shape: Shape,
 }
 
 impl FirstOrder {
@@ -65,17 +73,34 @@ impl FirstOrder {
 
 impl State for FirstOrder {
     type Move = FirstOrderMove;
+    type Held = Decay;
 
     fn over(&self, h: f64) -> FirstOrderMove {
         let steps = h * self.rate;
         let settled = -(-steps).exp_m1();
         let end = if steps > 0.0 { 1.0 - settled / steps } else { 0.0 };
-        FirstOrderMove { a: (-steps).exp(), begin: self.K * (settled - end), end: self.K * end }
+        FirstOrderMove {
+            a: (-steps).exp(),
+            begin: self.K * (settled - end),
+            end: self.K * end,
+            shape: Shape::of(steps),
+        }
     }
 
     #[inline(always)]
     fn run(&mut self, stretch: &FirstOrderMove, v0: f64, v1: f64) {
         self.x = stretch.a * self.x + (stretch.begin * v0 + stretch.end * v1);
+    }
+
+    #[inline(always)]
+    fn hold(&mut self, stretch: &FirstOrderMove, _: f64, v: f64, rest: f64) -> Decay {
+        let begin = self.x;
+        self.run(stretch, v, v);
+        Decay::new(rest + begin, rest + self.x, stretch.shape)
+    }
+
+    fn cut(&self, total: f64) -> Vec<f64> {
+        if total > 0.0 { vec![total] } else { Vec::new() }
     }
 
     #[inline(always)]
@@ -110,13 +135,18 @@ impl State for FirstOrder {
 #[derive(Clone, Debug)]
 pub struct General {
     plant: Realisation,
-    x: Vec<f64>,
-    moved: Vec<f64>,
+    /// States, output and its slope without input: what a stretch gives from what it takes.
+    now: Vec<f64>,
+    next: Vec<f64>,
     /// Slope of the output per state, and per unit of the input.
     slopes: Vec<f64>,
     jump: f64,
     poles: Vec<(f64, f64)>,
 }
+
+/// Rows of `[Phi begin end]`, and below them those of output and slope.
+#[derive(Clone, Debug)]
+pub struct GeneralMove(Vec<f64>); // (n + 2, n + 2) row-major
 
 impl General {
     /// At rest at zero.
@@ -125,48 +155,69 @@ impl General {
         let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect::<Vec<f64>>();
         let slopes = (0..n).map(|i| plant.slope(&unit(i), 0.0)).collect();
         let jump = plant.slope(&vec![0.0; n], 1.0);
-        General { x: vec![0.0; n], moved: vec![0.0; n], slopes, jump, poles, plant }
+        General { now: vec![0.0; n + 2], next: vec![0.0; n + 2], slopes, jump, poles, plant }
     }
 }
 
 impl State for General {
-    type Move = Transition;
+    type Move = GeneralMove;
+    type Held = Cubic;
 
-    fn over(&self, h: f64) -> Transition {
-        self.plant.over(h)
+    fn over(&self, h: f64) -> GeneralMove {
+        let n = self.plant.n;
+        let Transition { Phi, begin, end } = self.plant.over(h);
+        let rows: Vec<Vec<f64>> =
+            (0..n).map(|i| [&Phi[i * n..(i + 1) * n], &[begin[i], end[i]]].concat()).collect();
+        let combined = |weights: &[f64]| -> Vec<f64> {
+            (0..n + 2).map(|j| rows.iter().zip(weights).map(|(row, w)| w * row[j]).sum()).collect()
+        };
+        let below = [combined(&self.plant.C), combined(&self.slopes)];
+        GeneralMove(rows.iter().chain(&below).flatten().copied().collect())
     }
 
-    #[inline]
-    fn run(&mut self, stretch: &Transition, v0: f64, v1: f64) {
-        let n = self.x.len();
-        for (i, moved) in self.moved.iter_mut().enumerate() {
-            let row = &stretch.Phi[i * n..(i + 1) * n];
-            let free: f64 = row.iter().zip(&self.x).map(|(phi, x)| phi * x).sum();
-            *moved = free + (stretch.begin[i] * v0 + stretch.end[i] * v1);
+    #[inline(always)]
+    fn run(&mut self, stretch: &GeneralMove, v0: f64, v1: f64) {
+        let size = self.now.len();
+        // The places of output and slope hold the input on the way.
+        (self.now[size - 2], self.now[size - 1]) = (v0, v1);
+        for (next, row) in self.next.iter_mut().zip(stretch.0.chunks_exact(size)) {
+            *next = row.iter().zip(&self.now).fold(0.0, |sum, (weight, x)| sum + weight * x);
         }
-        std::mem::swap(&mut self.x, &mut self.moved);
+        std::mem::swap(&mut self.now, &mut self.next);
     }
 
-    #[inline]
+    #[inline(always)]
+    fn hold(&mut self, stretch: &GeneralMove, h: f64, v: f64, rest: f64) -> Cubic {
+        let begin = (rest + self.output(), self.slope(v));
+        self.run(stretch, v, v);
+        Cubic::new(h, begin, (rest + self.output(), self.slope(v)))
+    }
+
+    fn cut(&self, total: f64) -> Vec<f64> {
+        stretches(total, &self.poles)
+    }
+
+    #[inline(always)]
     fn output(&self) -> f64 {
-        self.plant.output(&self.x)
+        self.now[self.now.len() - 2]
     }
 
+    #[inline(always)]
     fn direct(&self) -> f64 {
         self.plant.D
     }
 
-    #[inline]
+    #[inline(always)]
     fn slope(&self, v: f64) -> f64 {
-        self.slopes.iter().zip(&self.x).map(|(s, x)| s * x).sum::<f64>() + self.jump * v
+        self.now[self.now.len() - 1] + self.jump * v
     }
 
     fn add(&mut self, k: f64, other: &Self) {
-        self.x.iter_mut().zip(&other.x).for_each(|(x, other)| *x += k * other);
+        self.now.iter_mut().zip(&other.now).for_each(|(x, other)| *x += k * other);
     }
 
     fn copy(&mut self, other: &Self) {
-        self.x.copy_from_slice(&other.x);
+        self.now.copy_from_slice(&other.now);
     }
 
     fn poles(&self) -> Vec<(f64, f64)> {

@@ -9,14 +9,11 @@
 //! split as in [`crate::model::Fopdt`], so that constant parameters are that plant. Within a sample the
 //! parameters are those of its end, and the offset that of its beginning.
 
+use super::arc::{Decay, Shape};
 use super::indices::Watch;
 use super::plant::{Plant, delay_of};
 use crate::error::{Error, Result};
 use crate::model::{Fopdt, Fraction, check_fopdt};
-
-/// Longest stretch of a cubic, in time constants, and most stretches of a piece.
-const FINE: f64 = 0.15;
-const MOST: f64 = 50.0;
 
 /// Parameters of every row; one value stands for all rows.
 #[derive(Clone, Debug)]
@@ -101,19 +98,11 @@ impl<'s> VaryingPlant<'s> {
 
     /// Moves `t` seconds under the input `v`.
     fn piece(&mut self, plant: &Fopdt, t: f64, v: f64, watch: &mut impl Watch) {
-        if t == 0.0 {
-            return;
+        if t > 0.0 {
+            let (goal, begin, steps) = (plant.K * v, self.x, t / plant.T);
+            self.x = goal + (begin - goal) * (-steps).exp();
+            watch.arc(t, Decay::new(begin + self.offset, self.x + self.offset, Shape::of(steps)));
         }
-        let count = (t / (FINE * plant.T)).ceil().min(MOST);
-        let (h, goal) = (t / count, plant.K * v);
-        let (start, point) = (self.x - goal, |x: f64| (x + goal + self.offset, -x / plant.T));
-        let mut before = start;
-        for k in 1..=count as usize {
-            let x = start * (-(k as f64) * h / plant.T).exp();
-            watch.curve(h, point(before), point(x));
-            before = x;
-        }
-        self.x = before + goal;
     }
 }
 
