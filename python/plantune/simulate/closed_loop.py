@@ -118,6 +118,7 @@ def step(model: LinearModel, pid: PID, t_end: float | None = None, **loop: Any) 
 
     Examples
     --------
+    >>> from plantune.models import PID, ProcessModel
     >>> plant = ProcessModel(K=5.939, T=0.1491, L=0.1)
     >>> response = step(plant, PID(Kp=0.131451, Ti=0.1491), t_end=3.0)
     >>> round(response.indices.overshoot, 3), round(response.indices.iae, 4)
@@ -154,6 +155,7 @@ def load_step(model: LinearModel, pid: PID, t_end: float | None = None, **loop: 
 
     Examples
     --------
+    >>> from plantune.models import PID, ProcessModel
     >>> plant = ProcessModel(K=5.939, T=0.1491, L=0.1)
     >>> response = load_step(plant, PID(Kp=0.131451, Ti=0.1491))
     >>> round(float(response.u[-1]), 3), round(response.indices.iae, 2)
@@ -253,6 +255,7 @@ def closed_loop(
 
     Examples
     --------
+    >>> from plantune.models import PID, ProcessModel
     >>> plant, pid = ProcessModel(K=2.0, T=1.0, L=0.3), PID(Kp=0.5, Ti=1.0, Ts=0.1)
     >>> response = closed_loop(plant, pid, r=[1.0] * 100)
     >>> round(float(response.y[-1]), 3)
