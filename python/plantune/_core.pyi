@@ -390,6 +390,9 @@ def imc(model: Model, tau_c: float, order: int | None, delay: str, mirror: bool)
 def imc_classic(controller: Model, model: Model, w: Floats) -> Complexes:
     """`C / (1 - C G)` at `w`."""
 
+def tracking_cost(nominal: Floats, y: Floats, Ts: float, T_J: float) -> float:
+    """`Ts` times the sum of squares of `nominal - y` from row 1 to `T_J / Ts`."""
+
 def imc_costs(L: float, tau_c: float, loop_: str) -> tuple[float, float, float]:
     """`ise, iae, itae`; the loop is "pi" or "ideal"."""
 

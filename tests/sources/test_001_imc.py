@@ -93,3 +93,16 @@ def test_the_controller_ends_at_the_pre_control(rule):
     """(3.4-48) to (3.4-53): r_ss / K, for the PI and the PID alike."""
     u = pt.simulate.step(OP1, rule(OP1, gain_margin=4).controller, t_end=8.0).u
     assert u[-1] == approx(precontrol(OP1, 1.0), rel=1e-6)
+
+
+def test_the_cost_of_a_trajectory_is_the_sum_of_the_text():
+    """(3.6-57) to (3.6-60): the set point for a nominal trajectory, the first seconds alone."""
+    model = pt.models.ProcessModel(5.939, 0.1491, 0.1)
+    pid = pt.tune.imc_pi(model, gain_margin=3).controller
+    run = pt.simulate.closed_loop(model, pid, np.ones(100), Ts=0.02)
+    ours = pt.tune.tracking_cost(run.r, run.y, Ts=0.02, T_J=0.4)
+    assert ours == approx(0.02 * np.sum((run.r - run.y)[1:21] ** 2))
+    whole = pt.tune.tracking_cost(run.r, run.y, Ts=0.02)
+    assert whole == approx(run.indices.ise, abs=0.011)  # half a step of the first error
+    with pytest.raises(pt.UsageError):
+        pt.tune.tracking_cost([1.0, 2.0], [1.0], Ts=0.02)

@@ -23,6 +23,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(imc, m)?)?;
     m.add_function(wrap_pyfunction!(imc_classic, m)?)?;
     m.add_function(wrap_pyfunction!(imc_costs, m)?)?;
+    m.add_function(wrap_pyfunction!(tracking_cost, m)?)?;
     m.add_function(wrap_pyfunction!(imc_pi, m)?)?;
     m.add_function(wrap_pyfunction!(imc_pid, m)?)?;
     m.add_function(wrap_pyfunction!(simc, m)?)?;
@@ -115,6 +116,17 @@ fn imc_classic<'py>(
 }
 
 /// `ise, iae, itae` of the loop "ideal" or "pi".
+#[pyfunction]
+fn tracking_cost(
+    nominal: PyReadonlyArray1<'_, f64>,
+    y: PyReadonlyArray1<'_, f64>,
+    Ts: f64,
+    T_J: f64,
+) -> Outcome<f64> {
+    let (nominal, y) = (nominal.as_slice().map_err(PyErr::from)?, y.as_slice().map_err(PyErr::from)?);
+    Ok(tune::tracking_cost(nominal, y, Ts, T_J)?)
+}
+
 #[pyfunction]
 fn imc_costs(L: f64, tau_c: f64, loop_: &str) -> Outcome<(f64, f64, f64)> {
     let Costs { ise, iae, itae } = match loop_ {

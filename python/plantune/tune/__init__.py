@@ -6,7 +6,7 @@ from plantune.tune.chien_hrones_reswick import chien_hrones_reswick
 from plantune.tune.cohen_coon import cohen_coon
 from plantune.tune.compare import Comparison, Row, compare
 from plantune.tune.half_rule import controllability_ratio, half_rule
-from plantune.tune.imc import IMC, Costs, imc, imc_costs
+from plantune.tune.imc import IMC, Costs, imc, imc_costs, tracking_cost
 from plantune.tune.imc_pi import imc_pi
 from plantune.tune.imc_pid import imc_pid
 from plantune.tune.jsonfile import load_tuning, save_tuning, tuning_of
@@ -65,6 +65,7 @@ __all__ = [
     "simc_plus",
     "stability",
     "step_band",
+    "tracking_cost",
     "tuning_of",
     "tyreus_luyben",
     "ziegler_nichols",

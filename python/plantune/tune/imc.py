@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -217,3 +218,40 @@ def imc_costs(model: ProcessModel | Fit, tau_c: float, *, loop: str = "pi") -> C
             "U01", "`model` is not of first order", remedy="half_rule(model) gives one that is"
         )
     return Costs(*_core.imc_costs(plant.L, float(tau_c), loop))
+
+
+def tracking_cost(y_N: ArrayLike, y: ArrayLike, Ts: float, T_J: float = inf) -> float:
+    """Return the integrated squared distance of a response from its nominal trajectory.
+
+    Parameters
+    ----------
+    y_N, y : array (N,)
+        Nominal and actual response; the set point serves as the nominal one where no other is
+        known.
+    Ts : float
+        Seconds from row to row.
+    T_J : float
+        Seconds that count; by default all.
+
+    Returns
+    -------
+    float
+        `J = Ts sum (y_N(n) - y(n))^2`, n from 1 to `T_J / Ts`.
+
+    Raises
+    ------
+    UsageError
+        Lengths that differ, or times that are not positive (U01).
+
+    Notes
+    -----
+    Source 001, (3.6-54) to (3.6-60), the sum times `Ts`.  True integrals of a simulated loop are
+    in `Response.indices`.
+
+    Examples
+    --------
+    >>> tracking_cost([1.0, 1.0, 1.0, 1.0], [0.0, 0.5, 1.0, 1.0], Ts=0.1)
+    0.025
+    """
+    nominal, actual = (np.ascontiguousarray(np.atleast_1d(x), float) for x in (y_N, y))
+    return _core.tracking_cost(nominal, actual, float(Ts), float(T_J))

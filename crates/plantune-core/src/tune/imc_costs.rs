@@ -29,6 +29,20 @@ pub struct Costs {
     pub itae: f64,
 }
 
+/// Squared distance of a response from its nominal trajectory, `J = Ts sum_(n = 1)^(N_J) (y_N(n) - y(n))^2`, over
+/// the first `T_J` seconds; source 001, (3.6-54) to (3.6-59), the sum times `Ts` so that it is an integral.
+pub fn tracking_cost(nominal: &[f64], y: &[f64], Ts: f64, T_J: f64) -> Result<f64> {
+    if nominal.len() != y.len() {
+        let lengths = format!("{} and {} long", nominal.len(), y.len());
+        return Err(Error::argument("y_N, y", lengths, "of the same length"));
+    }
+    if !(Ts > 0.0 && Ts.is_finite() && T_J > 0.0) {
+        return Err(Error::argument("Ts, T_J", format!("{Ts}, {T_J}"), "positive numbers of seconds"));
+    }
+    let last = (T_J / Ts + 1e-9).floor().min(y.len() as f64 - 1.0).max(0.0) as usize;
+    Ok(Ts * (1..=last).map(|n| (nominal[n] - y[n]).powi(2)).sum::<f64>())
+}
+
 /// Coefficients of a piece that count, `k^n/n!` being below 1e-17 beyond.
 const DEGREE: usize = 20;
 

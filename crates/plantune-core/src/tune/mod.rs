@@ -27,7 +27,7 @@ pub use closed_loop::{ClosedLoopTransfers, closed_loop_transfers};
 pub use cloud::{Fitted, cloud};
 pub use half_rule::{controllability_ratio, half_rule};
 pub use imc::{Imc, classic_freqresp, imc};
-pub use imc_costs::{Costs, ideal_costs, pi_costs};
+pub use imc_costs::{Costs, ideal_costs, pi_costs, tracking_cost};
 pub use loop_shape::loop_shape;
 pub use margins::{Margins, Sensitivities, margins, sensitivities};
 pub use optimise::{Answer, Optimum, Wish, iae, optimise};
