@@ -20,6 +20,8 @@ from plantune.simulate.actuator import Actuator
 from plantune.simulate.schedule import Schedule
 from plantune.simulate.varying import VaryingPlant
 
+_MOST_ROWS = 10_000_000
+
 
 @dataclass(frozen=True, slots=True)
 class Indices:
@@ -118,6 +120,7 @@ def step(model: LinearModel, pid: PID, t_end: float | None = None, **loop: Any) 
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> plant = ProcessModel(K=5.939, T=0.1491, L=0.1)
     >>> response = step(plant, PID(Kp=0.131451, Ti=0.1491), t_end=3.0)
     >>> round(response.indices.overshoot, 3), round(response.indices.iae, 4)
@@ -154,6 +157,7 @@ def load_step(model: LinearModel, pid: PID, t_end: float | None = None, **loop: 
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> plant = ProcessModel(K=5.939, T=0.1491, L=0.1)
     >>> response = load_step(plant, PID(Kp=0.131451, Ti=0.1491))
     >>> round(float(response.u[-1]), 3), round(response.indices.iae, 2)
@@ -172,6 +176,14 @@ def _grid(pid: PID, t_end: float) -> tuple[int, float]:
             "U01", f"`t_end` is {t_end}, must be positive and finite", remedy="t_end=10.0"
         )
     dt = pid.Ts or t_end / 1000
+    if t_end / dt > _MOST_ROWS:
+        raise refusal(
+            "U01",
+            f"`t_end` is {t_end:.6g} s, {t_end / dt:.1e} samples of {dt:g} s",
+            measured=t_end / dt,
+            limit=_MOST_ROWS,
+            remedy=f"t_end={_MOST_ROWS * dt:g} or less",
+        )
     return max(1, round(t_end / dt)), dt
 
 
@@ -253,6 +265,7 @@ def closed_loop(
 
     Examples
     --------
+    >>> from plantune.models import ProcessModel
     >>> plant, pid = ProcessModel(K=2.0, T=1.0, L=0.3), PID(Kp=0.5, Ti=1.0, Ts=0.1)
     >>> response = closed_loop(plant, pid, r=[1.0] * 100)
     >>> round(float(response.y[-1]), 3)
