@@ -20,6 +20,8 @@ from plantune.simulate.actuator import Actuator
 from plantune.simulate.schedule import Schedule
 from plantune.simulate.varying import VaryingPlant
 
+_MOST_ROWS = 10_000_000
+
 
 @dataclass(frozen=True, slots=True)
 class Indices:
@@ -174,6 +176,14 @@ def _grid(pid: PID, t_end: float) -> tuple[int, float]:
             "U01", f"`t_end` is {t_end}, must be positive and finite", remedy="t_end=10.0"
         )
     dt = pid.Ts or t_end / 1000
+    if t_end / dt > _MOST_ROWS:
+        raise refusal(
+            "U01",
+            f"`t_end` is {t_end:.6g} s, {t_end / dt:.1e} samples of {dt:g} s",
+            measured=t_end / dt,
+            limit=_MOST_ROWS,
+            remedy=f"t_end={_MOST_ROWS * dt:g} or less",
+        )
     return max(1, round(t_end / dt)), dt
 
 

@@ -27,6 +27,8 @@ pub struct ContinuousPid {
     y: f64,
     filter: Option<Smooth>,
     u: f64,
+    /// `u - v` just after the last node: how far u is held back.
+    held_back: f64,
 }
 
 /// Filtered output and its slope.
@@ -49,7 +51,20 @@ impl ContinuousPid {
     pub fn new(pid: &Pid, h: f64, actuator: Actuator, anti_windup: AntiWindup, y0: f64, u0: f64) -> Self {
         let I = u0 - pid.Kp * (pid.b - 1.0) * y0;
         let filter = smooths(pid).then_some(Smooth { y: y0, slope: 0.0 });
-        ContinuousPid { pid: *pid, h, actuator, anti_windup, I, D: 0.0, r: y0, p: 0.0, y: y0, filter, u: u0 }
+        ContinuousPid {
+            pid: *pid,
+            h,
+            actuator,
+            anti_windup,
+            I,
+            D: 0.0,
+            r: y0,
+            p: 0.0,
+            y: y0,
+            filter,
+            u: u0,
+            held_back: 0.0,
+        }
     }
 
     /// Goes on with other settings, without a bump.
@@ -79,17 +94,16 @@ impl ContinuousPid {
     }
 
     /// Takes `r` and `p`, and the output `y` just after this node.
-    pub fn begin(&mut self, r: f64, p: f64, y: f64, u: f64) -> f64 {
+    pub fn begin(&mut self, r: f64, p: f64, y: f64, u: f64) {
         self.D += self.jump_gain() * (self.pid.c * (r - self.r) - (y - self.y));
-        (self.r, self.p, self.y) = (r, p, y);
-        self.u = within(u, self.actuator.reach(self.u, 0.0));
-        self.u
+        (self.r, self.p, self.y, self.u) = (r, p, y, u);
+        self.held_back = u - (self.rest(self.seen()) + self.p + self.I);
     }
 
     /// Output at the next node, not minding limits.
     pub fn ahead(&self) -> Answer {
         let (pid, h) = (&self.pid, self.h);
-        let fixed = pid.Kp * pid.b * self.r + self.I + pid.Ki * h * self.r + self.p;
+        let fixed = pid.Kp * pid.b * self.r + self.I + pid.Ki * h * self.r + self.p + self.carried();
         let Some(smooth) = self.filter else {
             let (keep, take) = self.decay();
             let open = fixed + keep * self.D + take * self.y;
@@ -120,25 +134,36 @@ impl ContinuousPid {
         self.y = y;
         let rest = self.rest(self.seen()) + self.p;
         let push = self.pid.Ki * (self.r * h - area);
-        let v = rest + self.I + push;
+        let candidate = self.I + push + self.carried();
+        let v = rest + candidate;
         let reach = self.actuator.reach(self.u, h);
         self.u = within(v, reach);
         let further = v > reach.1 && push > 0.0 || v < reach.0 && push < 0.0;
         match self.anti_windup {
             AntiWindup::Clamping if self.u != v && further => self.u = within(rest + self.I, reach),
-            // Tt I' = u - v, backward Euler.
             AntiWindup::BackCalculation { .. } => {
-                let share = self.anti_windup.tracking(&self.pid).map_or(0.0, |Tt| h / (Tt + h));
-                self.I += push + share * (self.u - v);
+                // I = candidate + share (u - rest - I)
+                let share = self.share();
+                self.I = candidate + share / (1.0 + share) * (self.u - v);
             }
-            _ => self.I += push,
+            _ => self.I = candidate,
         }
         self.u
     }
 
+    /// Half an interval in tracking times; `Tt I' = u - v` is integrated by the trapezoidal rule.
+    fn share(&self) -> f64 {
+        self.anti_windup.tracking(&self.pid).map_or(0.0, |Tt| 0.5 * self.h / Tt)
+    }
+
+    /// What the integral takes over the next interval of how far u is held back at its beginning.
+    fn carried(&self) -> f64 {
+        if self.held_back == 0.0 { 0.0 } else { self.share() * self.held_back }
+    }
+
     /// After [`ContinuousPid::begin`] or [`ContinuousPid::run`] in manual: automatic goes on from `u`.
     pub fn hold(&mut self, u: f64) {
-        self.u = u;
+        (self.u, self.held_back) = (u, 0.0);
         self.I = u - self.rest(self.seen()) - self.p;
     }
 

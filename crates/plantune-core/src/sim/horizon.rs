@@ -14,17 +14,32 @@ use std::f64::consts::PI;
 
 /// Time constants until nothing is left to see.
 const SETTLED: f64 = 12.0;
+/// Time scales of a continuous loop that are simulated without being asked for.
+const MOST_SCALES: f64 = 4000.0;
 /// Frequencies per decade at which a crossover is looked for.
 const PER_DECADE: f64 = 20.0;
 
-/// Seconds until a loop of sound settings has settled many times over.
+/// Seconds until a loop of sound settings has settled many times over, within reason.
 pub fn default_horizon(model: &Model, pid: &Pid) -> Result<f64> {
     pid.check()?;
     model.check()?;
+    Ok(settled(model, pid).min(affordable(model, pid)))
+}
+
+/// As [`default_horizon`], and until a load has died out: it decays no faster than the integral time.
+///
+/// The fast part of a loop decides how close the nodes lie, so a very slow recovery is cut short.
+pub fn load_horizon(model: &Model, pid: &Pid) -> Result<f64> {
+    let settled = default_horizon(model, pid)?;
+    let recovered = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
+    Ok(recovered.max(settled).min(50.0 * settled).min(affordable(model, pid)))
+}
+
+fn settled(model: &Model, pid: &Pid) -> f64 {
     let K = model.dc_gain()[0];
     let integral = if pid.Ki != 0.0 && K.is_finite() { 1.0 / (K * pid.Ki).abs() } else { 0.0 };
     if let Some(plant) = model.first_order() {
-        return Ok(SETTLED * (integral + plant.T / (1.0 + (plant.K * pid.Kp).abs()) + plant.L));
+        return SETTLED * (integral + plant.T / (1.0 + (plant.K * pid.Kp).abs()) + plant.L);
     }
     let (poles, L) = in_seconds(model);
     let crossover = crossover(model, pid, 1.0).unwrap_or(0.0);
@@ -35,16 +50,11 @@ pub fn default_horizon(model: &Model, pid: &Pid) -> Result<f64> {
         .fold(0.0, f64::max);
     let turn = if crossover > 0.0 { 1.0 / crossover } else { 0.0 };
     let sum = integral + turn + tau + L;
-    Ok(SETTLED * if sum > 0.0 { sum } else { pid.Ts.unwrap_or(1.0) })
+    SETTLED * if sum > 0.0 { sum } else { pid.Ts.unwrap_or(1.0) }
 }
 
-/// As [`default_horizon`], and until a load has died out: it decays no faster than the integral time.
-///
-/// The fast part of a loop decides how close the nodes lie, so a very slow recovery is cut short.
-pub fn load_horizon(model: &Model, pid: &Pid) -> Result<f64> {
-    let settled = default_horizon(model, pid)?;
-    let recovered = if pid.Ki != 0.0 { 8.0 * pid.Ti() } else { 0.0 };
-    Ok(recovered.max(settled).min(50.0 * settled))
+fn affordable(model: &Model, pid: &Pid) -> f64 {
+    if pid.Ts.is_some() { f64::INFINITY } else { MOST_SCALES * time_scale(model, pid) }
 }
 
 /// Seconds in which a continuous loop changes much; a thousandth of it is a fine step.
@@ -56,10 +66,7 @@ pub fn time_scale(model: &Model, pid: &Pid) -> f64 {
     };
     let loops = match model.first_order() {
         Some(plant) => (plant.T / (1.0 + (plant.K * pid.Kp).abs())).max(plant.L),
-        None => crossover(model, pid, 0.5)
-            .map(|w| 1.0 / w)
-            .or_else(|| default_horizon(model, pid).ok().map(|t| t / SETTLED))
-            .unwrap_or(1.0),
+        None => crossover(model, pid, 0.5).map_or_else(|| settled(model, pid) / SETTLED, |w| 1.0 / w),
     };
     loops.min(filter)
 }

@@ -55,13 +55,8 @@ impl Varying<'_> {
             return Err(Error::argument("u", "not finite", "finite"));
         }
         let mut plant = VaryingPlant::new(self, u.len(), Ts, u0)?;
-        Ok(u.iter()
-            .map(|&u| {
-                let y = plant.output();
-                plant.run(u, &mut ());
-                y
-            })
-            .collect())
+        let now = plant.output();
+        Ok(u.iter().scan(now, |y, &u| Some(std::mem::replace(y, plant.step(u)))).collect())
     }
 }
 
@@ -89,6 +84,12 @@ impl<'s> VaryingPlant<'s> {
         let (first, offset) = parameters.at(0);
         let past = vec![u0; delay_of(longest, Ts)?.m + 2];
         Ok(VaryingPlant { parameters, row: 0, x: first.K * u0, offset, newest: 0, past, Ts })
+    }
+
+    /// Holds the input at `v` for a sample and returns the output at the next one. Allocates nothing.
+    pub fn step(&mut self, v: f64) -> f64 {
+        self.run(v, &mut ());
+        self.output()
     }
 
     /// The input of `samples` ago.
