@@ -10,88 +10,21 @@
 //! [`super::plant`], [`super::ramped`] and [`super::varying`], the controllers [`super::controller`] and
 //! [`super::continuous`]. Source 001, 3.4 and 3.7.6, with the exact delay instead of its Taylor and Padé forms.
 
-use super::actuator::{Actuator, quantised, within};
-use super::continuous::{Answer, ContinuousPid};
-use super::controller::{AntiWindup, SampledPid};
-use super::horizon::time_scale;
+use super::actuator::{quantised, within};
+use super::continuous::ContinuousPid;
+use super::controller::SampledPid;
 use super::indices::{Course, Indices, Move, Sums};
 use super::plant::{Plant, SampledPlant, resting};
-use super::ramped::Ramped;
-use super::schedule::Schedule;
+use super::ramped::{Affine, Ramped};
+use super::settings::{ClosedLoopSettings, InForce, check, nodes_per_step};
 use super::state::{FirstOrder, General, State};
 use super::varying::{Varying, VaryingPlant};
 use crate::error::{Error, Result};
 use crate::model::{Model, Pid, Realisation};
 use crate::note::{Note, Place};
 
-/// Most nodes of one continuous simulation.
-const MOST_NODES: usize = 5_000_000;
 /// An output as many times larger than its set point and start ends the simulation.
 const RUNAWAY: f64 = 1e9;
-
-/// What the loop is asked to do; all signals are constant over steps of `dt`.
-#[derive(Clone, Debug)]
-pub struct ClosedLoopSettings<'s> {
-    /// Length of a step, s; the sample time of a sampled controller.
-    pub dt: f64,
-    /// Set point; the other signals are as long.
-    pub r: &'s [f64],
-    /// Disturbance at the plant input.
-    pub d: Option<&'s [f64]>,
-    /// Added to the plant output.
-    pub dy: Option<&'s [f64]>,
-    /// Added to what a sampled controller reads.
-    pub noise: Option<&'s [f64]>,
-    /// Pre-control, added to the controller output.
-    pub p: Option<&'s [f64]>,
-    /// Output in manual; NaN where the controller is in automatic.
-    pub manual: Option<&'s [f64]>,
-    /// `O` in `y = G u + O`.
-    pub offset: f64,
-    /// Input before time 0, at which the loop was in equilibrium.
-    pub u0: f64,
-    /// Limits, rate, dead band and step of u.
-    pub actuator: Actuator,
-    /// Step of the y that a sampled controller reads; 0 for none.
-    pub y_step: f64,
-    /// What the integral does at a limit.
-    pub anti_windup: AntiWindup,
-    /// Settings from a row on, ascending.
-    pub settings: &'s [(usize, Pid)],
-    /// Settings that change from row to row.
-    pub schedule: Schedule<'s>,
-    /// Nodes per time scale of a continuous loop; 1000 is exact to about 1e-6.
-    pub fineness: f64,
-}
-
-impl<'s> ClosedLoopSettings<'s> {
-    /// A set point, and nothing else.
-    pub fn new(dt: f64, r: &'s [f64]) -> Self {
-        ClosedLoopSettings {
-            dt,
-            r,
-            d: None,
-            dy: None,
-            noise: None,
-            p: None,
-            manual: None,
-            offset: 0.0,
-            u0: 0.0,
-            actuator: Actuator::default(),
-            y_step: 0.0,
-            anti_windup: AntiWindup::Clamping,
-            settings: &[],
-            schedule: Schedule::default(),
-            fineness: 1000.0,
-        }
-    }
-
-    /// A signal in a row; the last row goes on.
-    #[inline(always)]
-    fn of(&self, x: Option<&[f64]>, row: usize) -> f64 {
-        x.map_or(0.0, |x| x[row.min(x.len() - 1)])
-    }
-}
 
 /// Rows of a response, and what they amount to.
 #[derive(Clone, Debug)]
@@ -236,14 +169,15 @@ impl<'a, 's> Rows<'a, 's> {
         let s = self.s;
         let of = |x: Option<&[f64]>, k: usize| if PLAIN { 0.0 } else { s.of(x, k) };
         let mut sums = Sums::new(&mut self.course);
-        let mut settings = Settings::new(pid, s);
+        let mut settings = InForce::new(pid, s);
         let rest = quantised(plant.output(), s.y_step);
         let mut controller = SampledPid::new(&settings.first(), Ts, s.actuator, s.anti_windup, rest, s.u0);
-        let mut position = s.u0;
+        let (mut position, mut last) = (s.u0, s.u0);
         let rows = s.r.iter().zip(self.y.iter_mut().zip(self.u.iter_mut()));
         for (k, (&r, (y, u))) in rows.enumerate() {
             *y = plant.output() + of(s.dy, k);
             if !(y.abs() < bound(self.y0, r)) {
+                *u = last;
                 return (k + 1, sums.indices());
             }
             if PLAIN {
@@ -262,11 +196,12 @@ impl<'a, 's> Rows<'a, 's> {
             }
             sums.step(k as f64 * Ts, r, of(s.dy, k));
             sums.held(Ts, *u);
+            last = *u;
             plant.run(position + of(s.d, k), &mut sums);
         }
         let end = s.r.len();
         self.y[end] = plant.output() + of(s.dy, end);
-        self.u[end] = self.u[end - 1];
+        self.u[end] = last;
         (end + 1, sums.indices())
     }
 
@@ -276,27 +211,26 @@ impl<'a, 's> Rows<'a, 's> {
         let mut sums = Sums::new(&mut self.course);
         let h = s.dt / stride as f64;
         let mut plant = Ramped::new(state, L, h)?;
-        let mut settings = Settings::new(pid, s);
+        let mut settings = InForce::new(pid, s);
         let mut controller = ContinuousPid::new(&settings.first(), h, s.actuator, s.anti_windup, y0, s.u0);
         let nodes = s.r.len() * stride;
         let mut row = 0;
         for node in 0..=nodes {
             let (starts, k) = (node == row * stride, (node / stride).min(s.r.len() - 1));
             let (r, p, dy) = (s.r[k], s.of(s.p, k), s.of(s.dy, k));
-            // The plant moves away from its rest at u0, y0.
-            let (shift, base) = (s.of(s.d, k) - s.u0, y0 + dy);
             if starts && let Some(pid) = settings.change(row) {
                 controller.set(&pid);
             }
             let manual = s.manual.map(|x| x[k]).filter(|u| !u.is_nan());
+            // The plant moves from its rest, y0, by u + d - u0.
+            let (base, shift) = (y0 + dy, s.of(s.d, k) - s.u0);
+            let of_u = |x: Affine, rest: f64| Affine { free: rest + x.at(shift), gain: x.gain };
 
             // Just after the node.
-            let now = plant.now();
-            let wanted = manual.unwrap_or_else(|| {
-                solved(controller.now(r, p), [now.free, 0.0], [now.gain, 0.0], shift, [base, 0.0])
-            });
+            let now = of_u(plant.now(), base);
+            let wanted = manual.unwrap_or_else(|| controller.now(r, p).solved(now, Affine::NONE));
             let u = within(wanted, controller.reach(0.0));
-            let y = base + now.at(u + shift);
+            let y = now.at(u);
             controller.begin(r, p, y, u);
             if manual.is_some() {
                 controller.hold(u);
@@ -306,9 +240,9 @@ impl<'a, 's> Rows<'a, 's> {
                 sums.step(k as f64 * s.dt, r, dy);
                 row += 1;
             }
-            if !(y.abs() < bound(self.y0, r)) {
+            if !(y.abs() < bound(y0, r)) {
                 (self.y[row - 1], self.u[row - 1]) = (y, u);
-                return Ok((row, sums.indices()));
+                break;
             }
             if node == nodes {
                 sums.end(u);
@@ -317,24 +251,15 @@ impl<'a, 's> Rows<'a, 's> {
 
             // Until just before the next one.
             let [end, area] = plant.ahead(u + shift);
-            let wanted = manual.unwrap_or_else(|| {
-                solved(
-                    controller.ahead(),
-                    [end.free, area.free],
-                    [end.gain, area.gain],
-                    shift,
-                    [base, base * h],
-                )
-            });
-            let next = within(wanted, controller.reach(h));
-            let v = next + shift;
-            let reached = controller.run(base + end.at(v), base * h + area.at(v));
-            let next = if manual.is_some() {
+            let (end, area) = (of_u(end, base), of_u(area, base * h));
+            let wanted = manual.unwrap_or_else(|| controller.ahead().solved(end, area));
+            let mut next = within(wanted, controller.reach(h));
+            let answer = controller.run(end.at(next), area.at(next));
+            if manual.is_some() {
                 controller.hold(next);
-                next
             } else {
-                reached
-            };
+                next = answer;
+            }
             plant.run(next + shift, &mut sums, y0);
             sums.line(h, u, next);
         }
@@ -366,130 +291,11 @@ fn bound(y0: f64, r: f64) -> f64 {
     RUNAWAY * (1.0 + y0.abs() + r.abs())
 }
 
-/// `u = open - slope y - area int y` where `y` and its integral are `base + free + gain (u + shift)`.
-fn solved(answer: Answer, free: [f64; 2], gain: [f64; 2], shift: f64, base: [f64; 2]) -> f64 {
-    let Answer { open, slope, area } = answer;
-    let known = slope * (base[0] + free[0] + gain[0] * shift) + area * (base[1] + free[1] + gain[1] * shift);
-    (open - known) / (1.0 + slope * gain[0] + area * gain[1])
-}
-
-/// Controller settings from row to row.
-struct Settings<'a> {
-    base: Pid,
-    changes: &'a [(usize, Pid)],
-    schedule: Schedule<'a>,
-    scheduled: bool,
-}
-
-impl<'a> Settings<'a> {
-    fn new(pid: &Pid, s: &'a ClosedLoopSettings) -> Self {
-        Settings { base: *pid, changes: s.settings, schedule: s.schedule, scheduled: !s.schedule.is_empty() }
-    }
-
-    /// Those with which the loop was at rest.
-    fn first(&mut self) -> Pid {
-        self.change(0).unwrap_or(self.base)
-    }
-
-    /// New ones that begin with a row.
-    #[inline(always)]
-    fn change(&mut self, row: usize) -> Option<Pid> {
-        let mut changed = self.scheduled;
-        while let Some(((at, pid), rest)) = self.changes.split_first()
-            && *at <= row
-        {
-            (self.base, self.changes, changed) = (*pid, rest, true);
-        }
-        if !changed {
-            return None;
-        }
-        let last = self.schedule.rows().saturating_sub(1);
-        Some(self.schedule.at(row.min(last), &self.base))
-    }
-}
-
-/// Refuses what does not go together.
-fn check(pid: &Pid, s: &ClosedLoopSettings) -> Result<()> {
-    pid.check()?;
-    let steps = s.r.len();
-    if steps == 0 {
-        return Err(Error::argument("r", "empty", "at least one set point"));
-    }
-    if !(s.dt > 0.0 && s.dt.is_finite()) {
-        return Err(Error::argument("Ts", s.dt, "a positive number of seconds"));
-    }
-    let signals =
-        [("r", Some(s.r)), ("d", s.d), ("dy", s.dy), ("noise", s.noise), ("p", s.p), ("manual", s.manual)];
-    for (name, x) in signals {
-        let Some(x) = x else { continue };
-        if x.len() != steps {
-            return Err(Error::argument(name, format!("{} long", x.len()), &format!("{steps} long, like r")));
-        }
-        let fine = |x: &f64| x.is_finite() || name == "manual" && x.is_nan();
-        if !x.iter().fold(true, |all, x| all & fine(x)) {
-            return Err(Error::argument(name, "not finite in some row", "finite"));
-        }
-    }
-    for (name, x) in [("offset", s.offset), ("u0", s.u0)] {
-        if !x.is_finite() {
-            return Err(Error::argument(name, x, "finite"));
-        }
-    }
-    s.actuator.check(s.u0)?;
-    if !(s.y_step >= 0.0 && s.y_step.is_finite()) {
-        return Err(Error::argument("y_step", s.y_step, "zero or positive"));
-    }
-    s.anti_windup.check(pid.Ts)?;
-    let all = std::iter::once(pid).chain(s.settings.iter().map(|(_, pid)| pid));
-    for (k, other) in all.enumerate() {
-        other.check()?;
-        s.schedule.check(steps, other)?;
-        if other.Ts != pid.Ts {
-            let came = format!("{:?} in settings {k}", other.Ts);
-            return Err(Error::argument("Ts", came, &format!("{:?}, as the controller has", pid.Ts)));
-        }
-        let unfiltered = other.Td > 0.0 || s.schedule.Td.is_some();
-        if pid.Ts.is_none() && unfiltered && other.Tf == 0.0 {
-            let needed = "positive: an unfiltered derivative answers a step with an impulse";
-            return Err(Error::argument("Tf", 0, needed));
-        }
-    }
-    match pid.Ts {
-        Some(Ts) if (Ts - s.dt).abs() > 1e-9 * Ts => {
-            Err(Error::argument("Ts", s.dt, &format!("{Ts} s, the sample time of the controller")))
-        }
-        None if s.noise.is_some_and(|noise| noise.iter().any(|&n| n != 0.0)) => Err(Error::argument(
-            "noise",
-            "given",
-            "absent: a continuous controller cannot read white noise; give pid a Ts",
-        )),
-        None if !s.actuator.follows() || s.y_step > 0.0 => Err(Error::argument(
-            "dead_band, step, y_step",
-            "given",
-            "absent: a continuous controller has no sample at which to jump; give pid a Ts",
-        )),
-        _ => Ok(()),
-    }
-}
-
-/// Nodes so close that the straight line costs about 1e-6 of the indices.
-fn nodes_per_step(model: &Model, pid: &Pid, s: &ClosedLoopSettings) -> Result<usize> {
-    let scale = time_scale(model, pid);
-    let stride = (s.dt / (scale / s.fineness)).ceil().max(1.0);
-    if stride * s.r.len() as f64 <= MOST_NODES as f64 {
-        return Ok(stride as usize);
-    }
-    let needed = format!(
-        "at most {:.3e} s in all: {MOST_NODES} nodes of the loop's own time scale, {scale:.3e} s",
-        MOST_NODES as f64 * scale / s.fineness
-    );
-    Err(Error::argument("t_end", s.dt * s.r.len() as f64, &needed))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::{Filter, Fopdt, ProcessModel, TransferFunction};
+    use crate::sim::{Actuator, AntiWindup};
 
     fn run(model: &Model, pid: &Pid, settings: ClosedLoopSettings) -> ClosedLoop {
         closed_loop(model, pid, &settings).expect("a sound loop")

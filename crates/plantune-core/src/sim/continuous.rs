@@ -11,6 +11,7 @@
 
 use super::actuator::{Actuator, within};
 use super::controller::AntiWindup;
+use super::ramped::Affine;
 use crate::model::{Filter, Pid};
 
 /// A continuous controller and its memory.
@@ -23,7 +24,7 @@ pub struct ContinuousPid {
     D: f64,
     r: f64,
     p: f64,
-    /// Output just after the last node, and its integral's share of the controller's.
+    /// Output just after the last node.
     y: f64,
     filter: Option<Smooth>,
     u: f64,
@@ -44,6 +45,14 @@ pub struct Answer {
     pub open: f64,
     pub slope: f64,
     pub area: f64,
+}
+
+impl Answer {
+    /// `u` where `y` and its integral are affine in it.
+    pub fn solved(&self, y: Affine, area: Affine) -> f64 {
+        (self.open - self.slope * y.free - self.area * area.free)
+            / (1.0 + self.slope * y.gain + self.area * area.gain)
+    }
 }
 
 impl ContinuousPid {

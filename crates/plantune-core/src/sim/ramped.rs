@@ -56,6 +56,9 @@ pub struct Affine {
 }
 
 impl Affine {
+    /// Zero.
+    pub const NONE: Affine = Affine { free: 0.0, gain: 0.0 };
+
     /// Its value.
     pub fn at(&self, v: f64) -> f64 {
         self.free + self.gain * v
