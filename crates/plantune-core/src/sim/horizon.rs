@@ -14,8 +14,9 @@ use std::f64::consts::PI;
 
 /// Time constants until nothing is left to see.
 const SETTLED: f64 = 12.0;
-/// Time scales of a continuous loop that are simulated without being asked for.
-const MOST_SCALES: f64 = 4000.0;
+/// Time scales of a continuous loop, and samples of a sampled one, that are simulated without being asked for.
+const MOST_SCALES: f64 = 2000.0;
+const MOST_SAMPLES: f64 = 1e6;
 /// Frequencies per decade at which a crossover is looked for.
 const PER_DECADE: f64 = 20.0;
 
@@ -54,21 +55,24 @@ fn settled(model: &Model, pid: &Pid) -> f64 {
 }
 
 fn affordable(model: &Model, pid: &Pid) -> f64 {
-    if pid.Ts.is_some() { f64::INFINITY } else { MOST_SCALES * time_scale(model, pid) }
+    pid.Ts.map_or_else(|| MOST_SCALES * time_scale(model, pid), |Ts| MOST_SAMPLES * Ts)
 }
 
 /// Seconds in which a continuous loop changes much; a thousandth of it is a fine step.
 pub fn time_scale(model: &Model, pid: &Pid) -> f64 {
-    let filter = match pid.filter {
-        Filter::D1 if pid.Td > 0.0 => 50.0 * pid.Tf,
-        Filter::Y2 if pid.Tf > 0.0 => 50.0 * pid.Tf,
-        _ => f64::INFINITY,
-    };
     let loops = match model.first_order() {
-        Some(plant) => (plant.T / (1.0 + (plant.K * pid.Kp).abs())).max(plant.L),
+        Some(plant) => plant.T / (1.0 + (plant.K * pid.Kp).abs()),
         None => crossover(model, pid, 0.5).map_or_else(|| settled(model, pid) / SETTLED, |w| 1.0 / w),
     };
-    loops.min(filter)
+    // A loop that is stable does nothing of note within a thousandth of its dead time, but by a filter.
+    let delay = model.transfer().map_or(0.0, |G| G.L);
+    let filter = if filters(pid) { 50.0 * pid.Tf } else { f64::INFINITY };
+    loops.max(delay).min(filter)
+}
+
+/// Whether the filter is in use.
+fn filters(pid: &Pid) -> bool {
+    pid.Tf > 0.0 && (pid.Td > 0.0 || pid.filter == Filter::Y2)
 }
 
 /// Highest frequency at which `|C G|` is at least `level`, or at least that share of its largest value.
@@ -76,7 +80,8 @@ fn crossover(model: &Model, pid: &Pid, level: f64) -> Option<f64> {
     let model = model.transfer().map_or_else(|| model.clone(), |G| Model::Transfer(G.into_owned()));
     let gain = |w: f64| (pid.freqresp(w) * model.freqresp(0, w)).norm();
     let (poles, L) = in_seconds(&model);
-    let own = [L, pid.Tf, pid.Td, pid.Ti(), pid.Ts.unwrap_or(0.0)].map(|t| 1.0 / t);
+    let Tf = if filters(pid) { pid.Tf } else { 0.0 };
+    let own = [L, Tf, pid.Td, pid.Ti(), pid.Ts.unwrap_or(0.0)].map(|t| 1.0 / t);
     let corners = poles.iter().map(|(re, im)| re.hypot(*im)).chain(own);
     let corners: Vec<f64> = corners.filter(|w| w.is_finite() && *w > 0.0).collect();
     let nyquist = match (&model, pid.Ts) {
