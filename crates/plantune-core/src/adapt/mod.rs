@@ -1,0 +1,7 @@
+//! The parts of the auto-tuner: source 001, 3.7.
+//!
+//! Each is a small value with a `step`, allocates nothing once it is made, and knows no clock and no link.
+
+pub mod operating_point;
+
+pub use operating_point::{Change, Node, OperatingPoint};
