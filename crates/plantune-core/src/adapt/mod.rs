@@ -2,6 +2,8 @@
 //!
 //! Each is a small value with a `step`, allocates nothing once it is made, and knows no clock and no link.
 
+pub mod merge;
 pub mod operating_point;
 
+pub use merge::Merge;
 pub use operating_point::{Change, Node, OperatingPoint};
