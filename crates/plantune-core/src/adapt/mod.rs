@@ -2,8 +2,11 @@
 //!
 //! Each is a small value with a `step`, allocates nothing once it is made, and knows no clock and no link.
 
+pub mod delay;
 pub mod merge;
 pub mod operating_point;
+pub mod window;
 
+pub use delay::{Counters, DelayChoice, Posterior, PosteriorSettings};
 pub use merge::Merge;
 pub use operating_point::{Change, Node, OperatingPoint};
