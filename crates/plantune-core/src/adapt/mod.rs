@@ -2,11 +2,15 @@
 //!
 //! Each is a small value with a `step`, allocates nothing once it is made, and knows no clock and no link.
 
+pub mod classify;
 pub mod delay;
 pub mod merge;
 pub mod operating_point;
+pub mod reason;
 pub mod window;
 
+pub use classify::{Class, Classifier};
 pub use delay::{Counters, DelayChoice, Posterior, PosteriorSettings};
 pub use merge::Merge;
 pub use operating_point::{Change, Node, OperatingPoint};
+pub use reason::{Cause, Parameter, Reason, Reasons};
