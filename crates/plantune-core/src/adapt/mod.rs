@@ -4,6 +4,7 @@
 
 pub mod classify;
 pub mod delay;
+pub mod gain_table;
 pub mod merge;
 pub mod operating_point;
 pub mod reason;
@@ -11,6 +12,7 @@ pub mod window;
 
 pub use classify::{Class, Classifier};
 pub use delay::{Counters, DelayChoice, Posterior, PosteriorSettings};
+pub use gain_table::GainTable;
 pub use merge::Merge;
 pub use operating_point::{Change, Node, OperatingPoint};
 pub use reason::{Cause, Parameter, Reason, Reasons};
