@@ -5,6 +5,7 @@
 pub mod classify;
 pub mod delay;
 pub mod gain_table;
+pub mod gate;
 pub mod merge;
 pub mod operating_point;
 pub mod reason;
@@ -13,6 +14,7 @@ pub mod window;
 pub use classify::{Class, Classifier};
 pub use delay::{Counters, DelayChoice, Posterior, PosteriorSettings};
 pub use gain_table::GainTable;
+pub use gate::{Evidence, GateLimits, Gated, Watch, gate, step_towards};
 pub use merge::Merge;
 pub use operating_point::{Change, Node, OperatingPoint};
 pub use reason::{Cause, Parameter, Reason, Reasons};
