@@ -4,6 +4,7 @@
 
 pub mod classify;
 pub mod delay;
+pub mod fill;
 pub mod gain_table;
 pub mod gate;
 pub mod merge;
@@ -13,6 +14,7 @@ pub mod window;
 
 pub use classify::{Class, Classifier};
 pub use delay::{Counters, DelayChoice, Posterior, PosteriorSettings};
+pub use fill::{Fill, Filled};
 pub use gain_table::GainTable;
 pub use gate::{Evidence, GateLimits, Gated, Watch, gate, step_towards};
 pub use merge::Merge;
