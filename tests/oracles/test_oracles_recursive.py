@@ -1,0 +1,259 @@
+"""The oracles of recursive estimation and of the auto-tuner agree with closed forms and figures."""
+
+import numpy as np
+import pytest
+from numpy.linalg import inv
+from pytest import approx
+
+from oracles import pem, recursion
+
+# -- least squares -----------------------------------------------------------------------
+
+
+def rows(seed, N=60, n=3):
+    rng = np.random.default_rng(seed)
+    phi = rng.normal(size=(N, n))
+    return phi, phi @ [1.0, -2.0, 0.5] + 0.1 * rng.normal(size=N)
+
+
+@pytest.mark.parametrize("lam", [1.0, 0.9])
+def test_exponential_forgetting_is_weighted_ridge_regression(lam):
+    """Source 000, (2.2-13) to (2.2-15); ERRATA 2: from alpha I it is ridge with 1/alpha."""
+    phi, y = rows(1)
+    N, alpha = len(y), 100.0
+    weight = lam ** np.arange(N - 1, -1, -1)
+    information = lam**N / alpha * np.eye(3) + (phi.T * weight) @ phi
+    found = recursion.least_squares(phi, y, alpha, lam=lam)
+    assert found.theta[-1] == approx(inv(information) @ (phi.T * weight) @ y, rel=1e-12)
+    assert found.P == approx(inv(information), rel=1e-11)
+
+
+def test_directional_forgetting_moves_the_information_along_phi_alone():
+    phi, _ = rows(2)
+    P, lam = np.diag([1.0, 2.0, 3.0]), 0.9
+    for row in phi[:5]:
+        q = row @ P @ row
+        information = inv(P) + (lam - (1 - lam) / q) * np.outer(row, row)
+        exponential = recursion.exponential(P, row, lam)[1]
+        _, P = recursion.directional(P, row, lam)
+        assert inv(P) == approx(information, rel=1e-9)
+        # along phi: learn, then forget; exponential forgetting forgets, then learns
+        assert row @ P @ row == approx(q / (1 + q) / lam)
+        assert row @ exponential @ row == approx(q / lam / (1 + q / lam))
+
+
+def test_directional_forgetting_keeps_what_is_not_excited():
+    phi = np.tile([1.0, 1.0, 0.0], (3000, 1))
+    y = np.random.default_rng(3).normal(size=3000)
+    kept = recursion.least_squares(phi, y, 1.0, method="directional", lam=0.98)
+    lost = recursion.least_squares(phi, y, 1.0, method="exponential", lam=0.98)
+    across = np.array([1.0, -1.0, 0.0]) / np.sqrt(2)
+    assert across @ kept.P @ across == approx(1.0) and kept.P[2, 2] == approx(1.0)
+    assert across @ lost.P @ across > 1e20
+
+
+def test_variable_forgetting_keeps_the_weighted_loss():
+    """S(t) = lam(t) S(t-1) + eps^2/(1 + q) stays at sum0; Fortescue et al. 1981, (8) to (10)."""
+    phi, y = rows(4)
+    sum0 = 0.5
+    found = recursion.least_squares(phi, y, 10.0, method="variable", sum0=sum0, lam_min=0.0)
+    P, theta = 10.0 * np.eye(3), np.zeros(3)
+    counted = 0
+    for row, target, lam in zip(phi, y, found.lam, strict=True):
+        q, eps = row @ P @ row, target - row @ theta
+        if lam > 0:
+            assert lam * sum0 + eps**2 / (1 + q) == approx(sum0)
+            counted += 1
+        else:
+            break
+        information = lam * (inv(P) + np.outer(row, row))
+        theta = theta + P @ row / (1 + q) * eps
+        P = inv(information)
+    assert counted > 0 and found.lam.min() >= 0 and found.lam.max() <= 1
+
+
+def test_a_random_walk_of_one_parameter_settles_at_its_riccati_equation():
+    R1, R2 = 0.3, 2.0
+    found = recursion.least_squares(
+        np.ones((200, 1)), np.zeros(200), 1.0, method="random walk", R1=R1, R2=R2
+    )
+    # p^2 = R1 (p + R2) for the variance before the measurement
+    assert found.P[0, 0] == approx((R1 + np.sqrt(R1**2 + 4 * R1 * R2)) / 2)
+
+
+def test_without_a_walk_the_kalman_filter_is_least_squares():
+    phi, y = rows(5)
+    walk = recursion.least_squares(phi, y, 10.0, method="random walk", R1=0.0)
+    assert walk.theta == approx(recursion.least_squares(phi, y, 10.0).theta, rel=1e-12)
+
+
+def test_growing_forgetting_starts_and_ends_where_it_should():
+    lam = recursion.growing(np.arange(3000), lam0=0.95, lam_inf=0.995, rho=0.99)
+    assert lam[0] == approx(0.95) and lam[-1] == approx(0.995)
+    # MATLAB's form of the same: lam(t) = rho lam(t-1) + (1 - rho) lam_inf
+    assert lam[1:] == approx(0.99 * lam[:-1] + 0.01 * 0.995)
+
+
+# -- guard -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("z, samples", [(6.0, 2), (60.0, 2), (-2.75, 5), (1.75, 9), (0.75, None)])
+def test_cusum_alarms_when_the_drift_is_outrun(z, samples):
+    """Each sample adds min(|z|, 6) - 0.75; the alarm is at more than 8."""
+    guard = recursion.Guard(s2=4.0, rate=0.0)
+    alarms = [guard.look(2.0 * z * np.sqrt(1.5), 0.5) for _ in range(40)]
+    assert (alarms.index(True) + 1 if any(alarms) else None) == samples
+
+
+def test_the_scale_of_normal_innovations_is_nearly_their_variance():
+    rng = np.random.default_rng(6)
+    guard = recursion.Guard(s2=5.0, threshold=np.inf)
+    path = []
+    for eps in np.sqrt(3.0) * rng.normal(size=20_000):
+        guard.look(eps, 0.0)
+        path.append(guard.s2)
+    # E min(z^2, 9 s^2) = s^2 has the root s^2 = 0.9945; 0.01 averages 200 samples at a time
+    assert np.mean(path[1000:]) == approx(3.0 * 0.9945, rel=0.03)
+
+
+def test_outliers_move_the_scale_a_little_and_the_estimate_within_six_sigma():
+    guard = recursion.Guard(s2=1.0)
+    assert guard.cut(1e6, 3.0) == 12.0 and guard.cut(-1e6, 0.0) == -6.0
+    guard.look(1e6, 0.0)
+    assert guard.s2 == approx(1 + 0.01 * 8)
+
+
+# -- stability ---------------------------------------------------------------------------
+
+
+def test_projected_polynomials_are_stable():
+    rng = np.random.default_rng(7)
+    for n in (1, 2, 3, 4):
+        for _ in range(200):
+            c = recursion.projected(3 * rng.normal(size=n), np.zeros(n))
+            assert np.max(np.abs(np.roots(np.r_[1, c]))) < 1 - 1e-9, c
+
+
+def test_projection_leaves_what_is_well_inside():
+    for c in ([0.9], [-0.5, 0.3], [0.1, 0.2, -0.3]):
+        assert list(recursion.projected(c, np.zeros(len(c)))) == c
+
+
+# -- the family --------------------------------------------------------------------------
+
+FAMILY = {
+    "arx": (dict(na=2, nb=2, nk=3), [-1.2, 0.4, 0.5, -0.2]),
+    "armax": (dict(na=1, nb=1, nc=1, nk=2), [-0.8, 0.5, 0.6]),
+    "oe": (dict(nb=2, nf=2, nk=1), [0.5, 0.2, -1.1, 0.3]),
+    "bj": (dict(nb=1, nc=1, nd=2, nf=1, nk=1), [0.5, 0.4, -0.9, 0.2, -0.7]),
+    "all": (dict(na=1, nb=2, nc=2, nd=1, nf=2, nk=2), [-0.3, 1, 0.4, 0.5, 0.2, -0.6, -0.9, 0.2]),
+}
+
+
+def made(name, N, seed=1, sd=0.1, offset=0.0):
+    sizes, theta = FAMILY[name]
+    model = pem.orders(**sizes)
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.choice([-1.0, 1.0], N // 3 + 1), 3)[:N]
+    return model, theta, u, pem.simulate(model, theta, u, sd * rng.normal(size=N), offset)
+
+
+@pytest.mark.parametrize("shifted", [False, True])
+@pytest.mark.parametrize("name", FAMILY)
+def test_with_theta_held_errors_and_gradient_are_those_of_the_batch(name, shifted):
+    model, theta, u, y = made(name, 80, offset=2.0)
+    theta = np.r_[theta, 0.7] * 1.02
+    held = recursion.PredictionError(
+        model, 0.0, theta, centred=False, first=0, shifted=shifted, limits=(2.0, 2.0)
+    )
+    eps, psi = [], []
+    for pair in zip(u, y, strict=True):
+        eps.append(held.step(*pair)[0])
+        psi.append(held.psi[0])
+    batch, J = pem.Problem(model, u, y, x0="zero")(theta)
+    assert eps == approx(batch, abs=1e-12)
+    # entries of the batch's psi of which the lags are missing are zero too
+    assert np.array(psi) == approx(-J, abs=1e-12)
+
+
+@pytest.mark.parametrize("method", ["rml", "els"])
+def test_arx_is_least_squares_with_history_rows_left_out(method):
+    model, _, u, y = made("arx", 60, offset=30.0)
+    found = recursion.run(recursion.PredictionError(model, 50.0, method=method, lam=0.95), u, y)
+    v, z = u - u[0], y - y[0]
+    phi = np.array([[-z[t - 1], -z[t - 2], v[t - 3], v[t - 4], 1] for t in range(4, 60)])
+    plain = recursion.least_squares(phi, z[4:], 50.0, lam=0.95)
+    assert found.theta[4:] == approx(plain.theta, abs=1e-12)
+    assert np.isnan(found.eps[:4]).all() and found.eps[4:] == approx(plain.eps, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", FAMILY)
+def test_rml_ends_near_the_batch_minimum(name):
+    model, theta, u, y = made(name, 4000, offset=5.0)
+    estimator = recursion.PredictionError(
+        model, 10.0, lam=lambda t: recursion.growing(t, rho=0.998)
+    )
+    recursion.run(estimator, u, y)
+    batch = pem.fit(model, u, y, theta)
+    # the same asymptotic distribution, Ljung 1999, 11.4; the wrong theta of the start costs a
+    # share of it, most for the eight coefficients of "all"
+    share = (estimator.theta[:-1] - batch.theta) / batch.sd
+    assert np.max(np.abs(share)) < 2.5, share
+    assert estimator.physical_offset() == approx(batch.offset, abs=0.02)
+
+
+def test_els_and_rml_both_find_armax_and_differ_on_the_way():
+    model, theta, u, y = made("armax", 4000)
+    ends = []
+    for method in ("els", "rml"):
+        estimator = recursion.PredictionError(model, 10.0, method=method, lam=recursion.growing)
+        recursion.run(estimator, u, y)
+        ends.append(estimator.theta)
+        assert estimator.theta[:3] == approx(theta, abs=0.06)
+    assert np.max(np.abs(ends[0] - ends[1])) > 1e-6
+
+
+def test_shifted_and_filtered_anew_are_the_same_for_first_orders():
+    model, _, u, y = made("armax", 300)
+    paths = [
+        recursion.run(recursion.PredictionError(model, 10.0, shifted=s), u, y).theta
+        for s in (False, True)
+    ]
+    assert np.array_equal(*paths)
+
+
+def test_double_and_extended_precision_agree_to_the_doubles_rounding():
+    model, _, u, y = made("all", 500)
+    ends = []
+    for dtype in (float, np.longdouble):
+        estimator = recursion.PredictionError(model, 10.0, lam=0.99, dtype=dtype)
+        recursion.run(estimator, u, y)
+        assert estimator.theta.dtype == estimator.P.dtype == np.dtype(dtype)
+        ends.append(estimator.theta.astype(float))
+    assert ends[0] == approx(ends[1], abs=1e-9)
+
+
+def test_an_offset_step_is_one_alarm_and_opens_the_offset():
+    model, _, u, _ = made("armax", 1200)
+    theta = [-0.8, 0.5, -0.8]  # white noise on y: each sample after the step is off by 60 sd
+    y = pem.simulate(model, theta, u, 0.1 * np.random.default_rng(1).normal(size=1200), 5.0)
+    y[700:] += 6.0
+    estimator = recursion.PredictionError(
+        model, 10.0, lam=recursion.growing, guard=recursion.Guard(s2=0.01)
+    )
+    found = recursion.run(estimator, u, y)
+    late = found.alarms[found.alarms > 100]
+    assert late[0] == 701 and late[-1] < 750  # at 50 Hz within a second: one alarm
+    assert estimator.theta[:3] == approx(theta, abs=0.1)
+    assert estimator.physical_offset() == approx(11.0, abs=0.3)
+
+
+def test_first_order_parameters_are_those_of_errata_3_3():
+    Ts, K, T, L = 0.02, -5.939, 0.1491, 0.1
+    pole = np.exp(-Ts / T)
+    for sizes, theta in (
+        (dict(na=1, nb=1, nc=1, nk=6), [-pole, K * (1 - pole), 0.3, 0]),
+        (dict(nb=1, nf=1, nk=6), [K * (1 - pole), -pole, 0]),
+    ):
+        estimator = recursion.PredictionError(pem.orders(**sizes), 1.0, theta)
+        assert estimator.first_order(Ts) == approx((K, T, L))
