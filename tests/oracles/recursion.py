@@ -167,7 +167,8 @@ class PredictionError:
     begins at the sample at which all lags exist (`first=0`: at once, with zeros before).
     `lam` is a number or a function of the number of updates done; `R1` makes a random walk
     of theta, with lam in the place of R2.  `guard` cuts innovations, and adds `bump` to the
-    variance of the offset at an alarm, before that sample is learnt.
+    variance of the offset at an alarm, before that sample is learnt; with `cut_residual=True`
+    the residual in phi is cut to +-clip s too.
     Entries of psi of higher lag are filtered anew with theta(t-1), (3.7-10); with
     `shifted=True` they are those of the sample before, moved by one; Ljung & Soderstrom 1983.
     """
@@ -188,6 +189,7 @@ class PredictionError:
         limits=(0.98, 0.999),
         guard=None,
         bump=1e3,
+        cut_residual=False,
         dtype=float,
     ):
         (nb,), (self.nk,), (nf,) = model.nb, model.nk, model.nf
@@ -198,8 +200,8 @@ class PredictionError:
         self.P = (P0 * np.eye(n) if np.ndim(P0) == 0 else np.array(P0)).astype(dtype)
         self.lam = lam if callable(lam) else (lambda t: lam)
         self.R1, self.method, self.shifted, self.limits = R1, method, shifted, limits
-        self.guard, self.bump, self.centred = guard, bump, centred
-        self.first = model.history if first is None else first
+        self.guard, self.bump, self.cut_residual = guard, bump, cut_residual
+        self.centred, self.first = centred, model.history if first is None else first
         self.dtype, self.origin, self.samples, self.updates = dtype, None, 0, 0
         # what lies 1, 2, ... samples back
         self.u, self.y, self.e, self.v, self.w = (
@@ -290,6 +292,8 @@ class PredictionError:
         w = by[1] + by[2]
         v = y - by[0] - w - phi[offset] @ self.theta[offset]
         e = y - phi @ self.theta
+        if self.cut_residual:
+            e = self.guard.cut(e, 0.0)
         self.w, self.v = np.r_[w, self.w][: len(self.w)], np.r_[v, self.v][: len(self.v)]
         self.e = np.r_[e, self.e][: len(self.e)]
 

@@ -233,19 +233,23 @@ def test_double_and_extended_precision_agree_to_the_doubles_rounding():
     assert ends[0] == approx(ends[1], abs=1e-9)
 
 
-def test_an_offset_step_is_one_alarm_and_opens_the_offset():
+@pytest.mark.parametrize("cut, off", [(False, 0.3), (True, 0.1)])
+@pytest.mark.parametrize("c", [-0.8, 0.6])
+def test_an_offset_step_is_an_alarm_that_opens_the_offset(c, cut, off):
+    """With c = a each sample after the step is off by 60 sd; a whole residual in phi moves c."""
     model, _, u, _ = made("armax", 1200)
-    theta = [-0.8, 0.5, -0.8]  # white noise on y: each sample after the step is off by 60 sd
+    theta = [-0.8, 0.5, c]
     y = pem.simulate(model, theta, u, 0.1 * np.random.default_rng(1).normal(size=1200), 5.0)
     y[700:] += 6.0
     estimator = recursion.PredictionError(
-        model, 10.0, lam=recursion.growing, guard=recursion.Guard(s2=0.01)
+        model, 10.0, lam=recursion.growing, guard=recursion.Guard(s2=0.01), cut_residual=cut
     )
     found = recursion.run(estimator, u, y)
     late = found.alarms[found.alarms > 100]
-    assert late[0] == 701 and late[-1] < 750  # at 50 Hz within a second: one alarm
-    assert estimator.theta[:3] == approx(theta, abs=0.1)
-    assert estimator.physical_offset() == approx(11.0, abs=0.3)
+    assert 701 <= late[0] <= 704 and late[-1] < 750  # at 50 Hz within a second: one alarm
+    assert estimator.theta[:2] == approx(theta[:2], abs=0.01)
+    assert estimator.theta[2] == approx(c, abs=off)
+    assert estimator.physical_offset() == approx(11.0, abs=0.05)
 
 
 def test_first_order_parameters_are_those_of_errata_3_3():
