@@ -348,12 +348,12 @@ def test_bounds_of_the_engine_loop_are_those_of_methods():
     """METHODS 1.1: 1.2, 2.0 % at 2 s; 0.5, 1.0 at 5 s; 0.3, 0.7 at 10 s, of 60 records.
 
     They are those of K, T, O (the delay known), of the time from the first move, and a mean of
-    the records' own bounds; ARMAX noise of 8 and 13 % at 2 s is that with C = 1.
+    the records' own bounds; ARMAX noise of 8 and 13 % at 2 s is their rms with C = 1.
     """
-    few = dict(average="mean", runs=600)  # 60 records scatter by 5 %, and the figures are rounded
-    white = 100 * bound.bound(**few)[:, :2]
+    # 60 records scatter by 5 %, and the figures are rounded
+    white = 100 * bound.bound(runs=600, average="mean")[:, :2]
     assert white == approx(np.array([[1.2, 2.0], [0.5, 1.0], [0.3, 0.7]]), rel=0.13)
-    heavy = 100 * bound.bound((2.0,), **few, noise="equation", parameters="KTOc")[0, :2]
+    heavy = 100 * bound.bound((2.0,), runs=600, noise="equation", parameters="KTOc")[0, :2]
     assert heavy == approx([8, 13], rel=0.10)
 
 
