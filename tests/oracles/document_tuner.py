@@ -24,7 +24,7 @@ A filter that starts "steady" must see the loop at rest first: the sample at whi
 first moves has moved u already, by (Kp + Ki Ts) times the step.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -184,47 +184,42 @@ class Bank:
         return np.array([b / (1 + a) if a != -1 else np.nan, T, (self.nk[j] - 1) * self.Ts])
 
 
-@dataclass
 class DelayChoice:
     """Figure 3.7-4: moving window, a pair of counters, hysteresis; a delay moves by one sample."""
 
-    s: Settings
-    m: int
-    errors: list = field(default_factory=list)
-    up: int = 0
-    down: int = 0
-    used: int | None = None
+    def __init__(self, s, m):
+        self.errors = np.zeros((round(s.window / s.Ts), m))  # of the window, in a ring
+        self.hysteresis, self.used, self.up, self.down, self.k = s.hysteresis, m // 2, 0, 0, 0
 
     def step(self, squared):
         """Take the squared prediction errors of all delays; return the index in use."""
-        self.used = self.m // 2 if self.used is None else self.used
-        self.errors = [*self.errors, squared][-round(self.s.window / self.s.Ts) :]
-        least = np.argmin(squared), np.argmin(np.sum(self.errors, axis=0))
+        self.errors[self.k % len(self.errors)] = squared
+        self.k += 1
+        least = np.argmin(squared), np.argmin(self.errors.sum(axis=0))
         self.up = self.up + 1 if min(least) > self.used else 0
         self.down = self.down + 1 if max(least) < self.used else 0
-        if self.up >= self.s.hysteresis:
+        if self.up >= self.hysteresis:
             self.used, self.up = self.used + 1, 0
-        elif self.down >= self.s.hysteresis:
+        elif self.down >= self.hysteresis:
             self.used, self.down = self.used - 1, 0
         return self.used
 
 
-@dataclass
 class Classifier:
     """Figure 3.7-5: limits, standard deviation over the moving window, mean."""
 
-    s: Settings
-    kept: list = field(default_factory=list)
+    def __init__(self, s):
+        self.s, self.k = s, 0
+        self.window = np.full((round(s.window / s.Ts), 3), np.nan)  # in a ring, nan: none within
 
     def step(self, model):
         """Take K, T, L; return their mean over the window if they are accepted, else None."""
         s, (K, T, _) = self.s, model
         within = s.K_limits[0] <= K <= s.K_limits[1] and s.T_limits[0] <= T <= s.T_limits[1]
-        n = round(s.window / s.Ts)
-        self.kept = [*self.kept, model if within else np.full(3, np.nan)][-n:]
-        kept = np.array(self.kept)
-        if len(kept) < n or np.isnan(kept).any():
+        self.window[self.k % len(self.window)] = model if within else np.nan
+        self.k += 1
+        if np.isnan(self.window).any():
             return None
-        mean, sd = kept.mean(axis=0), kept.std(axis=0)
+        mean, sd = self.window.mean(axis=0), self.window.std(axis=0)
         scale = np.array([abs(mean[0]), mean[1], s.Ts])
         return mean if np.all(sd <= s.sd_limits * scale) else None

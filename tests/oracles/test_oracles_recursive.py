@@ -6,7 +6,17 @@ from numpy.linalg import inv
 from pytest import approx
 from scipy import signal
 
-from oracles import bound, document_tuner, fopdt, pem, recursion, sampled_loop
+from oracles import (
+    bound,
+    document_tuner,
+    fopdt,
+    loop,
+    peaks,
+    pem,
+    recursion,
+    sampled_loop,
+    scenarios,
+)
 
 # -- least squares -----------------------------------------------------------------------
 
@@ -418,8 +428,8 @@ def test_a_steady_filter_stays_at_zero():
 def test_the_documents_loop_is_the_corrected_simulator(start):
     s = document_tuner.Settings(O=583.451, start=start)
     r = bound.set_points(300, 1, 10)[:, 0]
-    loop = document_tuner.Loop(s)
-    u, y = np.array([loop.step(x) for x in r]).T
+    engine = document_tuner.Loop(s)
+    u, y = np.array([engine.step(x) for x in r]).T
     rest = (400 - s.O) / s.K if start == "rest" else 0.0
     plant = sampled_loop.Varying(s.K, s.T, 5, s.O, s.Ts, 300, before=rest)
     # before the start e = 0 where the loop rests, and is taken as 0 where it starts at zero
@@ -471,9 +481,9 @@ def test_a_model_is_accepted_after_a_window_within_limits_and_spread():
     assert seen[-1] == approx(good)
     assert classifier.step(np.array([6.0, 0.15, 0.1])) is None  # beyond a limit
     assert [classifier.step(good) is None for _ in range(50)] == [True] * 49 + [False]
-    # one in fifty off by d: the spread is d sqrt(49)/50
+    # one in fifty off by d: the spread is d sqrt(49)/50, and 2 % is d = 0.143
     assert classifier.step(np.array([-6.0 * 1.13, 0.15, 0.1])) is not None
-    classifier.kept.pop()
+    classifier.k -= 1
     assert classifier.step(np.array([-6.0 * 1.16, 0.15, 0.1])) is None
 
 
@@ -489,16 +499,16 @@ def test_without_offset_it_converges_soon_after_one_window(hold):
 @pytest.mark.parametrize("hold", HOLDS)
 def test_with_offset_the_transient_of_the_filter_decides(hold):
     """ERRATA 3.4: 16 to 26 s to within 5 %, in some settings later than 30 s."""
-    faster = [for_good(tuned(hold, seed, 30, O=583.451, lam=0.99)[1]) for seed in range(3)]
-    assert 15 < np.median(faster) < 27 and max(faster) < 30
-    printed = [for_good(tuned(hold, seed, 30, O=583.451)[1]) for seed in (0, 3)]
-    assert max(printed) > 25
+    faster = [for_good(tuned(hold, seed, 28, O=583.451, lam=0.99)[1]) for seed in range(3)]
+    assert 15 < np.median(faster) < 26 and max(faster) < 27
+    if hold != 10:
+        assert for_good(tuned(hold, 0, 30, O=583.451)[1]) == approx(30.0)
 
 
 def test_with_offset_early_accepted_models_are_wrong_by_tens_of_percent():
     off = []
-    for seed in range(6):
-        log, _ = tuned(10, seed, 20, O=583.451)
+    for seed in range(4):
+        log, _ = tuned(10, seed, 15, O=583.451)
         off += [
             max(abs(log.K[k] / -5.939 - 1), abs(log.T[k] / 0.1491 - 1)) for k in log.accepted[:1]
         ]
@@ -516,3 +526,145 @@ def test_a_filter_started_at_rest_removes_the_transient(hold):
 def test_a_bank_opened_after_the_transient_accepts_at_20_s(hold):
     logs = [tuned(hold, seed, 27, O=583.451, opens=18.0)[0] for seed in range(3)]
     assert np.median([log.t[log.accepted[0]] for log in logs]) == approx(20.0, abs=1.0)
+
+
+# -- scenarios -----------------------------------------------------------------------------
+
+
+def ran(scenario, pid=None, switch=None):
+    """Return t, r, u, y (4, N), and the loop; `switch` = (row, pid) changes the gains there."""
+    run, out = scenarios.Loop(scenario), []
+    while not run.done:
+        if switch and run.k == switch[0]:
+            pid = switch[1]
+        out.append(run.step(pid))
+    return np.array(out).T, run
+
+
+def test_the_engine_scenario_is_the_engine_loop():
+    (_, r, u, y), run = ran(scenarios.engine(3, sd=1.2, seconds=6.0))
+    others = bound.simulate(bound.Engine(), r[:, None], run.noise[:, None])
+    assert u == approx(others[0][:, 0], abs=1e-9) and y == approx(others[1][:, 0], abs=1e-9)
+    assert set(np.diff(np.flatnonzero(np.diff(r)))) <= set(range(10, 300))
+    assert set(r) == {350.0, 400.0, 450.0} and r[0] == 400.0
+
+
+@pytest.mark.parametrize("L", [0.0, 0.1, 0.107, 0.0333])
+def test_the_scenarios_plant_has_any_delay(L):
+    plant = scenarios.Plant(2.0, 0.3, L, 5.0)
+    s = scenarios.Scenario(plant, 0.1, 0.3, level=0.0, seconds=4.0)
+    (_, _, u, y), _ = ran(s)
+    assert y == approx(fopdt.simulate(u, 2.0, 0.3, L, s.Ts, 5.0, before=s.rest), abs=1e-9)
+
+
+def test_a_plant_change_is_that_of_the_corrected_simulator():
+    s = scenarios.engine(1, seconds=8.0, events=[scenarios.plant_change(4.0)])
+    (_, r, u, y), run = ran(s)
+    k = np.arange(len(r))
+    plant = sampled_loop.Varying(
+        # x(k+1) is made with what holds at k; there with what holds at k + 1
+        np.where(k > 200, -11.878, -5.939), 0.1491, np.where(k > 200, 8, 5), 583.451, s.Ts, len(r),
+        before=s.rest,
+    )  # fmt: skip
+    pid = sampled_loop.Pid(s.Kp, s.Kp / s.Ki)
+    other = sampled_loop.run(plant, pid, s.Ts, r, r_before=400.0, u_before=s.rest)
+    assert y == approx(other.y, abs=1e-8) and u == approx(other.u, abs=1e-8)
+    assert (run.plant.K, run.plant.L) == approx((-11.878, 0.16))
+
+
+def test_faults_do_what_they_are_called():
+    faults = [
+        scenarios.offset_step(2.0),
+        scenarios.frozen_input(4.0, until=5.0),
+        scenarios.stuck_sensor(6.0, until=7.0),
+    ]
+    (_, _, u, y), run = ran(scenarios.engine(2, seconds=8.0, sd=1.0, events=faults))
+    (_, _, u0, y0), _ = ran(scenarios.engine(2, seconds=8.0, sd=1.0))
+    assert np.array_equal(y[:100], y0[:100]) and y[100] - y0[100] == approx(-60.0)
+    assert run.plant.O == approx(523.451)
+    assert np.ptp(u[199:250]) == 0 and np.ptp(u[250:]) > 0
+    assert np.ptp(y[299:350]) == 0 and y[350] != y[349]
+    assert np.array_equal(u[:100], u0[:100])
+
+
+def test_new_gains_do_not_bump_and_are_used_at_once():
+    s = scenarios.engine(4, seconds=4.0)
+    first, new = (s.Kp, s.Ki), (-0.1315, -0.8816)
+    (_, r, u, y), _ = ran(s, first, switch=(120, new))
+    e = r - y
+    step = np.diff(u)
+    for rows, (Kp, Ki) in ((slice(0, 119), first), (slice(119, None), new)):
+        law = Kp * np.diff(e) + Ki * s.Ts * e[1:]
+        assert step[rows] == approx(law[rows], abs=1e-9)
+    same, _ = ran(s, sampled_loop.Pid(s.Kp, integral=s.Ki))
+    assert np.array_equal(same[2], ran(s)[0][2])  # objects with Kp and Ki serve as well
+
+
+def test_limits_hold_and_the_law_goes_on_from_them():
+    s = scenarios.engine(5, seconds=6.0, low=25.0, high=36.0)
+    (_, r, u, y), _ = ran(s)
+    e = r - y
+    law = u[:-1] + s.Kp * np.diff(e) + s.Ki * s.Ts * e[1:]
+    assert u[1:] == approx(np.clip(law, 25.0, 36.0), abs=1e-9)
+    assert np.sum(u == 25.0) > 5 and np.sum(u == 36.0) > 5
+
+
+def test_scenarios_are_the_same_for_the_same_seed_and_differ_otherwise():
+    one, two = (ran(scenarios.random_plant(7, seconds=3.0))[0] for _ in range(2))
+    assert np.array_equal(one, two)
+    assert scenarios.random_plant(8).plant != scenarios.random_plant(7).plant
+    plants = [scenarios.random_plant(seed) for seed in range(60)]
+    for s in plants:
+        assert 1.2 < scenarios.Ms(s.plant, s.Kp, s.Ki, s.Ts) < 1.4
+        assert 4 * s.Ts <= s.plant.T <= 25 * s.Ts and s.low < s.rest < s.high
+        assert round(s.plant.L / s.Ts) in range(2, 11)
+    assert 15 < sum(s.plant.K > 0 for s in plants) < 45
+
+
+@pytest.mark.parametrize("L", [0.1, 0.067])
+@pytest.mark.parametrize("gain", [0.5, 1.0, 2.0])
+def test_ms_is_the_peak_by_polynomial_roots(L, gain):
+    plant = scenarios.Plant(-5.939, 0.1491, L)
+    Kp, Ki, Ts = -0.1315 * gain, -0.8816 * gain, 0.02
+    a, b1, b2, m = plant.held(Ts)
+    b2 = b2 if L == 0.067 else 0.0
+    G = np.trim_zeros([b1, b2], "b"), np.polymul([1, -a], [1] + [0] * (m + (L == 0.067)))
+    exact = peaks.sensitivities(*G, [Kp + Ki * Ts, -Kp], [1.0, -1.0], Ts).Ms
+    assert scenarios.Ms(plant, Kp, Ki, Ts) == approx(exact, rel=1e-9)
+
+
+def test_ms_of_a_fast_sampled_loop_is_that_of_the_continuous_one():
+    K, T, L = 2.0, 1.0, 0.5
+    Kp, Ti = loop.imc_pi(K, T, L, 0.5)
+    w = np.geomspace(0.1, 20, 4000)
+    continuous = np.max(1 / np.abs(1 + loop.open_loop(w, K, T, L, Kp, Ti)))
+    sampled = scenarios.Ms(scenarios.Plant(K, T, L), Kp, Kp / Ti, 1e-3)
+    assert sampled == approx(continuous, rel=3e-3)
+
+
+def test_an_unstable_loop_has_infinite_ms_and_grows():
+    rng = np.random.default_rng(9)
+    seen = []
+    for seed in range(40):
+        s = scenarios.random_plant(seed, seconds=20.0, sd=0.0, low=-np.inf, high=np.inf)
+        f = rng.uniform(3, 25)
+        pid = (f * s.Kp, f * s.Ki)
+        size = np.max(np.abs(np.roots(scenarios.characteristic(s.plant, *pid, s.Ts))))
+        if abs(size - 1) < 0.02:
+            continue
+        (_, _, u, _), _ = ran(s, pid)
+        grows = np.max(np.abs(u - s.rest)) > 1e4 * s.amplitude / abs(s.plant.K)
+        assert grows == np.isinf(scenarios.Ms(s.plant, *pid, s.Ts)) == (size > 1)
+        seen.append(grows)
+    assert 0.2 < np.mean(seen) < 0.8
+
+
+def test_the_documents_gains_do_not_survive_the_plant_change():
+    """K times 2 and 3 samples more: gain margin 3 becomes 3/2 * 0.1/0.16 < 1."""
+    s = scenarios.engine()
+    changed = scenarios.after(s.plant, scenarios.plant_change(0.0), s.Ts)
+    assert scenarios.Ms(s.plant, -0.1315, -0.8816, s.Ts) == approx(1.757, abs=1e-3)
+    assert scenarios.Ms(changed, -0.1315, -0.8816, s.Ts) == np.inf
+    assert scenarios.Ms(changed, s.Kp, s.Ki, s.Ts) == approx(2.22, abs=0.01)
+    Kp, Ki = document_tuner.imc_pi(changed.K, changed.T, changed.L, 3.0)
+    assert scenarios.Ms(changed, Kp, Ki, s.Ts) < 1.75
