@@ -1,5 +1,6 @@
 //! Estimators that learn one sample at a time.
 
+mod bank;
 mod forgetting;
 mod gate;
 mod innovation;
@@ -10,6 +11,7 @@ mod rpem;
 mod ud;
 mod window;
 
+pub use bank::{Bank, BankSettings};
 pub use forgetting::{Forgetting, Scheme};
 pub use gate::Gate;
 pub use innovation::{CLIP, Innovation, Judged};
