@@ -273,6 +273,45 @@ def simulate_relay(
 ) -> tuple[Floats, Floats]:
     """Input and measured output (N,) under a relay, which takes over after `rest` rows."""
 
+class LoopSimulator:
+    """A first-order plant under a sampled PID, one sample at a time."""
+
+    def __init__(
+        self,
+        K: float,
+        T: float,
+        L: float,
+        Ts: float,
+        pid: PID,
+        *,
+        offset: float = 0.0,
+        u0: float = 0.0,
+        longest: float = 0.0,
+        actuator: Actuator | None = None,
+        y_step: float = 0.0,
+        anti_windup: str = "clamping",
+        Tt: float | None = None,
+    ) -> None: ...
+    def step(self, r: float, noise: float = 0.0) -> tuple[float, float]:
+        """Go to the next sample: `u` from there on, and the `y` read there."""
+
+    def hold(self, r: float, u: float, noise: float = 0.0) -> tuple[float, float]:
+        """Go to the next sample in manual: the output is `u` within its limits."""
+
+    def set(self, pid: PID) -> None:
+        """Take other controller settings from the next sample on, without a bump."""
+
+    def set_plant(self, K: float, T: float, L: float, offset: float) -> None:
+        """Take other parameters of the plant: they bring it to the next sample."""
+
+    @property
+    def pid(self) -> PID:
+        """The settings at work."""
+
+    @property
+    def plant(self) -> tuple[float, float, float, float]:
+        """`K, T, L, offset` now."""
+
 # --- findings and fits -------------------------------------------------------------------------
 
 def health(rec: Record, limits: Limits) -> Fields:
