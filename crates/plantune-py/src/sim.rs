@@ -369,6 +369,9 @@ pub struct LoopSimulator {
     anti_windup: (String, Option<f64>),
 }
 
+/// `K, T, L, Ts, pid`.
+type LoopArguments = (f64, f64, f64, f64, Py<PyAny>);
+
 /// `x`, inputs that still act, memory of the controller, position.
 type LoopStateOut = (f64, Vec<f64>, [f64; 6], Option<f64>);
 
@@ -442,10 +445,7 @@ impl LoopSimulator {
         (K, T, L, offset)
     }
 
-    fn __getnewargs_ex__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<((f64, f64, f64, f64, Py<PyAny>), Bound<'py, PyDict>)> {
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(LoopArguments, Bound<'py, PyDict>)> {
         let ((K, T, L, offset), s) = (self.plant(), self.live.settings());
         let named = [("offset", offset), ("u0", s.u0), ("longest", s.longest), ("y_step", s.y_step)];
         let named = named.into_py_dict(py)?;
