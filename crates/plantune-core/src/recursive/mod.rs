@@ -1,5 +1,21 @@
 //! Estimators that learn one sample at a time.
 
+mod bank;
+mod forgetting;
+mod gate;
+mod innovation;
+mod projection;
+mod regressor;
 mod rls;
+mod rpem;
+mod ud;
+mod window;
 
+pub use bank::{Bank, BankSettings};
+pub use forgetting::{Forgetting, Scheme};
+pub use gate::Gate;
+pub use innovation::{CLIP, Innovation, Judged};
 pub use rls::Rls;
+pub use rpem::{Rpem, Settings, Structure};
+pub use ud::Ud;
+pub use window::{Estimate, Mode, Predictor, Window};

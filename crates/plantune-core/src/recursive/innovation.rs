@@ -1,0 +1,165 @@
+//! What innovations say about the noise: its scale, outliers, and steps of the offset.
+//!
+//! With `eps` the prediction error and `s^2 v` its variance, `v = 1 + q S2/S1` ([`super::Forgetting`]):
+//!
+//! ```text
+//! s^2  exponentially weighted mean of min(eps^2/v, 9 s^2)
+//! z    = eps/(s sqrt(v)), cut to +-6
+//! g+-  <- max(0, g+- +- z - 0.75),  alarm where one exceeds 8, and both begin again
+//! ```
+//!
+//! Where the prediction is less certain than the noise, `v >= 2`, an innovation speaks of the parameters and not of
+//! the noise: nothing is judged and nothing is cut. So it is at the start, and right after an alarm. A single
+//! outlier takes the sum to 5.25 and raises no alarm; a step that stays does so at its second sample.
+//! METHODS 1.4; the cumulative sum: Page 1954; its use here: Gustafsson 2000, chapter 3.
+
+/// Standard deviations to which an innovation is cut.
+pub const CLIP: f64 = 6.0;
+
+/// Innovations judged before any is cut or summed: their scale is then known within a tenth or so.
+const FIRST: f64 = 50.0;
+
+/// Innovations over which the scale is taken.
+const MEMORY: f64 = 200.0;
+
+/// Standard deviations, squared, to which an innovation counts in the scale.
+const ROBUST: f64 = 9.0;
+
+/// What a sample may deviate without adding to the sum.
+const DRIFT: f64 = 0.75;
+
+/// The sum that raises the alarm.
+const ALARM: f64 = 8.0;
+
+/// Share of the output's travel below which no noise is believed: rounding is not noise.
+const LEAST: f64 = 1e-6;
+
+/// Scale of the noise, and the sums that wait for a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Innovation {
+    clip2: f64, // squared; infinite: never cut
+    watch: bool,
+    s2: f64,
+    rows: f64, // judged
+    up: f64,
+    down: f64,
+}
+
+/// What was made of an innovation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// The innovation to learn from.
+    pub eps: f64,
+    /// `eps^2/(s^2 v)` of it; 1 where nothing can be said.
+    pub surprise: f64,
+    /// Whether the offset has moved.
+    pub alarm: bool,
+}
+
+impl Innovation {
+    /// Cuts at `clip` standard deviations if given; `watch`es for steps.
+    pub fn new(clip: Option<f64>, watch: bool) -> Self {
+        let clip2 = clip.map_or(f64::INFINITY, |clip| clip * clip);
+        Innovation { clip2, watch, s2: 0.0, rows: 0.0, up: 0.0, down: 0.0 }
+    }
+
+    /// Takes in the residuals of a batch.
+    pub(super) fn begin(&mut self, rss: f64, degrees: f64) {
+        if degrees > 0.0 {
+            (self.s2, self.rows) = (rss / degrees, degrees);
+        }
+    }
+
+    /// Judges an innovation of variance `s^2 v`, of an output that has travelled so far.
+    #[inline(always)]
+    pub fn judge(&mut self, eps: f64, v: f64, travel: f64) -> Judged {
+        if v >= 2.0 {
+            return Judged { eps, surprise: 1.0, alarm: false };
+        }
+        let square = eps * eps / v;
+        if self.rows < FIRST {
+            self.rows += 1.0;
+            self.s2 += (square - self.s2) / self.rows;
+            return Judged { eps, surprise: 1.0, alarm: false };
+        }
+        let s2 = self.s2.max((LEAST * travel).powi(2)).max(f64::MIN_POSITIVE);
+        let z2 = square / s2;
+        let (mut used, mut surprise) = (eps, z2);
+        if z2 > self.clip2 {
+            used = eps * (self.clip2 / z2).sqrt();
+            surprise = self.clip2;
+        }
+        if self.watch && self.sum(z2.sqrt().min(CLIP).copysign(eps)) {
+            return Judged { eps, surprise, alarm: true };
+        }
+        self.rows = (self.rows + 1.0).min(MEMORY);
+        self.s2 += (square.min(ROBUST * s2) - self.s2) / self.rows;
+        Judged { eps: used, surprise, alarm: false }
+    }
+
+    /// Sums deviations either way; whether that raises the alarm.
+    #[inline(always)]
+    fn sum(&mut self, z: f64) -> bool {
+        self.up = (self.up + z - DRIFT).max(0.0);
+        self.down = (self.down - z - DRIFT).max(0.0);
+        let alarm = self.up.max(self.down) > ALARM;
+        if alarm {
+            (self.up, self.down) = (0.0, 0.0);
+        }
+        alarm
+    }
+
+    /// Variance of the noise; infinite before anything was judged.
+    pub fn s2(&self) -> f64 {
+        if self.rows > 0.0 { self.s2 } else { f64::INFINITY }
+    }
+
+    /// Walks over every number of the state.
+    pub(super) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        let Innovation { s2, rows, up, down, .. } = self;
+        [s2, rows, up, down].into_iter().for_each(visit);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+
+    fn after(rows: usize, scale: f64) -> Innovation {
+        let mut innovation = Innovation::new(Some(CLIP), true);
+        for e in white(rows, 3) {
+            assert!(!innovation.judge(scale * e, 1.0, scale).alarm);
+        }
+        innovation
+    }
+
+    #[test]
+    fn the_scale_is_that_of_the_noise_in_any_unit() {
+        for scale in [1e-8, 1.0, 1e8] {
+            let s = after(2000, scale).s2().sqrt() / scale;
+            assert!((s - 1.0).abs() < 0.1, "{s}");
+        }
+    }
+
+    #[test]
+    fn one_outlier_is_cut_and_two_of_one_sign_are_a_step() {
+        let mut innovation = after(500, 1.0);
+        let s = innovation.s2().sqrt();
+        let first = innovation.judge(-60.0, 1.21, 1.0);
+        assert!(!first.alarm && (first.eps + 6.0 * 1.1 * s).abs() < 0.02 * s, "{first:?} {s}");
+        let mut other = innovation.clone();
+        assert!(innovation.judge(-60.0, 1.0, 1.0).alarm && !other.judge(60.0, 1.0, 1.0).alarm);
+        assert!(innovation.s2() < 1.1 * s * s);
+        let uncertain = innovation.judge(-60.0, 50.0, 1.0);
+        assert_eq!((uncertain.eps, uncertain.alarm), (-60.0, false));
+    }
+
+    /// Independent noise: a false alarm every 70 000 samples or so, by the drift of 0.75 and the bar of 8.
+    #[test]
+    fn false_alarms_are_rare() {
+        let mut innovation = Innovation::new(Some(CLIP), true);
+        let alarms = white(1_000_000, 5).iter().filter(|e| innovation.judge(**e, 1.0, 1.0).alarm).count();
+        assert!((2..60).contains(&alarms), "{alarms}");
+    }
+}

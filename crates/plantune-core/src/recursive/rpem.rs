@@ -1,0 +1,510 @@
+//! Recursive prediction errors of the polynomial family,
+//! `A(q) y(t) = B(q)/F(q) u(t - nk) + d + C(q)/D(q) e(t)`, one sample at a time.
+//!
+//! ```text
+//! w    = B/F u,  v = A y - w - d,  e = y - phi' theta(t)            a posteriori: of the newest theta
+//! eps  = y - phi' theta(t-1)
+//! psi  = the gradient of the prediction (RML), or phi (ELS)         regressor.rs
+//! theta <- theta + L eps,  C, D, F kept stable                      forgetting.rs, projection.rs
+//! ```
+//!
+//! ARX, ARMAX, OE and BJ are orders of it. `psi = phi` is extended least squares, the pseudo-linear regression: it
+//! converges where `1/C - 1/2` is positive real; RML does wherever the search of the batch estimator would.
+//! Ljung 1999, 11.4 and 11.5; Söderström and Stoica 1989, chapter 9; source 001, (3.7-7) to (3.7-11).
+//!
+//! The offset is a parameter, the `1` in `phi`, on data less their first sample; `O` in `y = G u + O` follows from it.
+//! Nothing is learnt until every lag lies in the segment ([`Structure::history`]); up to there the noise is taken
+//! for zero, `w = A y - d`. The memory of signals moves on whatever happens: while the input rests (gate.rs), and
+//! where an output is missing and its prediction stands for it. An alarm (innovation.rs) opens the offset alone.
+
+use super::forgetting::{Forgetting, Scheme};
+use super::gate::Gate;
+use super::innovation::Innovation;
+use super::projection::cut;
+use super::regressor::{Newest, Regressor};
+use super::rls::{overflow, restore};
+use super::ud::{Ud, unrolled};
+use crate::error::{Error, Result};
+use crate::model::PolyModel;
+
+/// Radius for the roots of `C`: beyond it errors of the start would stay in the gradient.
+const RADIUS_C: f64 = 0.98;
+
+/// Radius for the roots of `D` and `F`, which may be slow.
+const RADIUS: f64 = 0.999;
+
+/// Halvings of a step that leads outside before it is not taken at all.
+const HALVINGS: usize = 30;
+
+/// What one sample of a signal's largest travel weighs, in noise variances, against a start without knowledge.
+const DIFFUSE: f64 = 1e6;
+
+/// Variance that an alarm gives the constant, in noise variances.
+const BUMP: f64 = 1e3;
+
+/// Numbers of free coefficients in the order of `theta`, the delay, and whether there is a constant behind them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Structure {
+    /// Of `A`.
+    pub na: usize,
+    /// Of `B`.
+    pub nb: usize,
+    /// Of `C`.
+    pub nc: usize,
+    /// Of `D`.
+    pub nd: usize,
+    /// Of `F`.
+    pub nf: usize,
+    /// Delay in samples.
+    pub nk: usize,
+    /// Whether a constant is estimated.
+    pub offset: bool,
+}
+
+impl Structure {
+    /// Coefficients, and the constant.
+    pub fn n(&self) -> usize {
+        self.coefficients() + usize::from(self.offset)
+    }
+
+    /// Coefficients `a b c d f`.
+    pub fn coefficients(&self) -> usize {
+        self.na + self.nb + self.nc + self.nd + self.nf
+    }
+
+    /// Rows until every lag lies in the segment.
+    pub fn history(&self) -> usize {
+        self.na.max(self.nf).max(self.nk + self.nb - 1)
+    }
+
+    /// `a1 … b1 … c1 … d1 … f1 …`.
+    pub fn names(&self) -> Vec<String> {
+        let each = |(letter, n): (char, usize)| (1..=n).map(move |k| format!("{letter}{k}"));
+        let orders = [('a', self.na), ('b', self.nb), ('c', self.nc), ('d', self.nd), ('f', self.nf)];
+        orders.into_iter().flat_map(each).collect()
+    }
+
+    /// The model of these coefficients.
+    pub fn model(&self, theta: &[f64], Ts: f64) -> PolyModel {
+        let ones = |n: usize| [vec![1.0], vec![0.0; n]].concat();
+        let mut model = PolyModel {
+            A: ones(self.na),
+            B: vec![vec![0.0; self.nb]],
+            C: ones(self.nc),
+            D: ones(self.nd),
+            F: vec![ones(self.nf)],
+            nk: vec![self.nk],
+            Ts,
+        };
+        model.set_theta(&theta[..self.coefficients()]);
+        model
+    }
+}
+
+/// How an estimator of the family learns.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// How it forgets.
+    pub scheme: Scheme,
+    /// Whether `psi` is the gradient (RML) or `phi` (ELS).
+    pub gradient: bool,
+    /// Covariance of the start, `(n, n)` row-major, in noise variances; none: no knowledge, in any units.
+    pub P0: Option<Vec<f64>>,
+    /// Coefficients of the start; zero when absent.
+    pub theta0: Option<Vec<f64>>,
+    /// Most that an entry of `D` of `P = U D U'` may become.
+    pub P_max: Option<f64>,
+    /// Standard deviations to which innovations are cut.
+    pub clip: Option<f64>,
+    /// Whether steps of the offset are watched for.
+    pub watch: bool,
+    /// Gate on the motion of the input.
+    pub gate: Option<Gate>,
+}
+
+/// An estimator on its way along a record.
+#[derive(Clone, Debug)]
+pub struct Rpem {
+    structure: Structure,
+    theta: Vec<f64>, // (n): a b c d f, constant
+    P: Ud,
+    forgetting: Forgetting,
+    innovation: Innovation,
+    gate: Option<Gate>,
+    regressor: Regressor,
+    newest: Newest,
+    u: Vec<f64>,      // (nk) inputs on their way, a ring
+    next: usize,      // the oldest of them
+    seen: usize,      // samples of this segment, up to the history
+    wait: usize,      // samples until no output in phi is a prediction
+    zero: [f64; 2],   // u and y of the first sample
+    travel: [f64; 2], // most that they were away from it
+    begun: bool,
+    closed: usize,    // parameters of which nothing was said so far
+    before: Vec<f64>, // (n) theta before a step
+    room: Vec<f64>,
+    samples: f64,
+    alarms: f64,
+    learnt: bool,
+}
+
+impl Rpem {
+    /// At its first sample. U01: settings out of their range.
+    pub fn new(structure: Structure, settings: Settings) -> Result<Self> {
+        if structure.nb == 0 {
+            return Err(Error::argument("nb", 0, "at least 1"));
+        }
+        let (n, most) = (structure.n(), structure.nk.saturating_add(structure.coefficients()));
+        if most > LARGEST_ORDER {
+            return Err(Error::argument("nk", structure.nk, "with the orders at most 100000"));
+        }
+        let mut P = match &settings.P0 {
+            Some(P0) => Ud::of_matrix(n, P0)?,
+            None => Ud::diagonal(vec![0.0; n]),
+        };
+        if let Some(most) = settings.P_max {
+            if !(most > 0.0) {
+                return Err(Error::argument("P_max", most, "positive"));
+            }
+            (0..n).for_each(|j| P.bound(j, most));
+        }
+        if let Some(clip) = settings.clip.filter(|clip| !(*clip > 0.0)) {
+            return Err(Error::argument("clip", clip, "a positive number of standard deviations"));
+        }
+        let mut theta = vec![0.0; n];
+        if let Some(theta0) = &settings.theta0 {
+            if theta0.len() != structure.coefficients() || theta0.iter().any(|x| !x.is_finite()) {
+                let needed = format!("{} finite numbers", structure.coefficients());
+                return Err(Error::argument("theta0", format!("{theta0:?}"), &needed));
+            }
+            theta[..theta0.len()].copy_from_slice(theta0);
+        }
+        Ok(Rpem {
+            structure,
+            theta,
+            closed: if settings.P0.is_some() { 0 } else { n },
+            P,
+            forgetting: Forgetting::new(settings.scheme, n)?,
+            innovation: Innovation::new(settings.clip, settings.watch && structure.offset),
+            gate: settings.gate,
+            regressor: Regressor::new(structure, settings.gradient),
+            newest: Newest::default(),
+            u: vec![0.0; structure.nk],
+            next: 0,
+            seen: 0,
+            wait: 0,
+            zero: [0.0; 2],
+            travel: [0.0; 2],
+            begun: false,
+            before: vec![0.0; n],
+            room: Vec::with_capacity(n + 1),
+            samples: 0.0,
+            alarms: 0.0,
+            learnt: false,
+        })
+    }
+
+    /// Learns from the output `y` read at `t`; `u` is the input applied from `t` on.
+    ///
+    /// Returns the prediction error `y - phi' theta(t-1)`; none while lags are missing. Allocates nothing. On error
+    /// (U01: not finite; N02: overflow) the state is unchanged.
+    #[inline]
+    pub fn step(&mut self, u: f64, y: f64) -> Result<Option<f64>> {
+        if !y.is_finite() {
+            return Err(Error::argument("y", y, "a finite number; skip(u) is for an output that is missing"));
+        }
+        unrolled!(self.theta.len(), n => self.step_n(n, u, Some(y)))
+    }
+
+    /// Goes on without an output: it is missing at `t`, or does not count.
+    pub fn skip(&mut self, u: f64) -> Result<()> {
+        unrolled!(self.theta.len(), n => self.step_n(n, u, None)).map(|_| ())
+    }
+
+    /// Forgets all signals, as after a gap; parameters and covariance go on.
+    pub fn restart(&mut self) {
+        self.regressor.restart();
+        self.newest = Newest::default();
+        self.u.fill(0.0);
+        (self.next, self.seen, self.wait) = (0, 0, 0);
+        self.gate.iter_mut().for_each(Gate::restart);
+    }
+
+    #[inline(always)]
+    fn step_n(&mut self, n: usize, u: f64, y: Option<f64>) -> Result<Option<f64>> {
+        if !u.is_finite() {
+            return Err(Error::argument("u", u, "a finite number"));
+        }
+        if !self.begun {
+            let Some(y) = y else { return Ok(None) };
+            self.begin(u, y)?;
+        }
+        let [u0, y0] = self.zero;
+        let (u, y) = (u - u0, y.map(|y| y - y0));
+        let delayed = if self.structure.nk == 0 { u } else { self.u[self.next] };
+        self.regressor.look(n, &self.theta, self.newest, delayed);
+        let predicted = self.predicted(n);
+        let filling = self.seen < self.structure.history();
+        let (now, eps) = match y {
+            Some(y) => (y, y - predicted),
+            None if filling => (self.newest.y, 0.0),
+            None => (predicted, 0.0),
+        };
+        let q = self.P.weigh(&self.regressor.psi);
+        if !(u * u + now * now + eps * eps + q).is_finite() {
+            return Err(overflow());
+        }
+
+        // The sample is accepted; from here on the state changes.
+        self.travel = [self.travel[0].max(u.abs()), self.travel[1].max(now.abs())];
+        let moving = self.gate.as_mut().is_none_or(|gate| gate.look(u));
+        self.learnt = moving && !filling && self.wait == 0 && y.is_some();
+        if self.learnt {
+            self.learn(n, eps, q);
+        }
+        self.remember(n, now, filling);
+        self.regressor.keep(n);
+        self.pass(u, y.is_some());
+        Ok((y.is_some() && !filling).then_some(eps))
+    }
+
+    /// What the first sample fixes.
+    #[cold]
+    fn begin(&mut self, u: f64, y: f64) -> Result<()> {
+        if !(u * u + y * y).is_finite() {
+            return Err(overflow());
+        }
+        self.begun = true;
+        if self.structure.offset {
+            self.zero = [u, y];
+        }
+        Ok(())
+    }
+
+    /// `phi' theta`.
+    #[inline(always)]
+    fn predicted(&self, n: usize) -> f64 {
+        let (phi, theta) = (&self.regressor.phi[..n], &self.theta[..n]);
+        let mut sum = 0.0;
+        for k in 0..n {
+            sum += phi[k] * theta[k];
+        }
+        sum
+    }
+
+    /// `theta` and `P` past this sample.
+    #[inline(always)]
+    fn learn(&mut self, n: usize, eps: f64, mut q: f64) {
+        if self.closed > 0 {
+            self.open();
+            q = self.P.weigh(&self.regressor.psi);
+        }
+        let v = 1.0 + q * self.forgetting.spread();
+        let judged = self.innovation.judge(eps, v, self.travel[1]);
+        if judged.alarm {
+            self.alarms += 1.0;
+            self.P.add_to(n - 1, BUMP);
+            q = self.P.weigh(&self.regressor.psi);
+        }
+        let scale = self.forgetting.learn(&mut self.P, q, judged.surprise) * judged.eps;
+        let (theta, before, b) = (&mut self.theta[..n], &mut self.before[..n], &self.P.P_psi()[..n]);
+        for k in 0..n {
+            before[k] = theta[k];
+            theta[k] += b[k] * scale;
+        }
+        self.project();
+    }
+
+    /// Brings parameters into play once their signals have moved.
+    #[cold]
+    fn open(&mut self) {
+        let Structure { na, nb, .. } = self.structure;
+        for j in 0..self.theta.len() {
+            let travel = if (na..na + nb).contains(&j) {
+                self.travel[0]
+            } else if j < self.structure.coefficients() {
+                self.travel[1]
+            } else {
+                1.0
+            };
+            let D = DIFFUSE / (travel * travel);
+            if self.P.factors().1[j] == 0.0 && D.is_finite() {
+                self.P.open(j, D);
+                self.closed -= 1;
+            }
+        }
+    }
+
+    /// Keeps `C`, `D` and `F` stable.
+    #[inline(always)]
+    fn project(&mut self) {
+        let Structure { na, nb, nc, nd, nf, .. } = self.structure;
+        if nc + nd + nf == 0 {
+            return;
+        }
+        let c = na + nb;
+        let parts =
+            [(c..c + nc, RADIUS_C), (c + nc..c + nc + nd, RADIUS), (c + nc + nd..c + nc + nd + nf, RADIUS)];
+        for (part, radius) in parts {
+            for k in 0..=HALVINGS {
+                if cut(&mut self.theta[part.clone()], radius, &mut self.room) {
+                    break;
+                }
+                let share = if k < HALVINGS { 0.5 } else { 0.0 };
+                for (theta, before) in self.theta.iter_mut().zip(&self.before) {
+                    *theta = before + share * (*theta - before);
+                }
+            }
+        }
+    }
+
+    /// What this sample leaves for the regressor of the next: `y`, `e`, `v` and `w` of the newest `theta`.
+    #[inline(always)]
+    fn remember(&mut self, n: usize, y: f64, filling: bool) {
+        let Structure { na, nb, nc, nd, nf, offset, .. } = self.structure;
+        self.newest.y = y;
+        if !filling {
+            self.newest.e = y - self.predicted(n);
+        }
+        if nd + nf > 0 {
+            let part = |from: usize, len: usize| -> f64 {
+                let (phi, theta) = (&self.regressor.phi[from..from + len], &self.theta[from..from + len]);
+                phi.iter().zip(theta).map(|(phi, theta)| phi * theta).sum()
+            };
+            let rest = y - part(0, na) - if offset { self.theta[n - 1] } else { 0.0 };
+            let w = if filling { rest } else { part(na, nb) + part(na + nb + nc + nd, nf) };
+            (self.newest.w, self.newest.v) = (w, rest - w);
+        }
+    }
+
+    /// Moves on to the next sample.
+    #[inline(always)]
+    fn pass(&mut self, u: f64, counts: bool) {
+        let Structure { na, nk, .. } = self.structure;
+        if nk > 0 {
+            self.u[self.next] = u;
+            self.next = if self.next + 1 == nk { 0 } else { self.next + 1 };
+        }
+        self.seen = (self.seen + 1).min(self.structure.history());
+        self.wait = if counts { self.wait.saturating_sub(1) } else { na };
+        self.samples += 1.0;
+    }
+
+    /// Orders and delay.
+    pub fn structure(&self) -> Structure {
+        self.structure
+    }
+
+    /// Coefficients `a b c d f`.
+    pub fn theta(&self) -> &[f64] {
+        &self.theta[..self.structure.coefficients()]
+    }
+
+    /// The constant `d`, on data less their first sample.
+    pub fn constant(&self) -> f64 {
+        if self.structure.offset { self.theta[self.theta.len() - 1] } else { 0.0 }
+    }
+
+    /// Covariance of the coefficients, then of the constant, in units of the noise variance.
+    pub fn P(&self) -> &Ud {
+        &self.P
+    }
+
+    /// How it forgets.
+    pub fn forgetting(&self) -> &Forgetting {
+        &self.forgetting
+    }
+
+    /// Standard deviations of the coefficients; infinite where nothing is known yet.
+    pub fn sd(&self) -> Vec<f64> {
+        (0..self.structure.coefficients()).map(|j| self.covariance(j, j).sqrt()).collect()
+    }
+
+    /// Standard deviation of the noise; infinite before anything was judged.
+    pub fn noise_sd(&self) -> f64 {
+        self.innovation.s2().sqrt()
+    }
+
+    /// `O` in `y = G u + O`, in the units of the signals, with its standard deviation; the drift of an integrator.
+    pub fn offset(&self) -> (f64, f64) {
+        if !self.structure.offset {
+            return (0.0, 0.0);
+        }
+        let [u0, y0] = self.zero;
+        let (O, gradient) = self.model(1.0).level(self.constant(), &[u0], y0);
+        let n = gradient.len();
+        let term = |ij: usize| match gradient[ij / n] * gradient[ij % n] {
+            0.0 => 0.0,
+            product => product * self.covariance(ij / n, ij % n),
+        };
+        (O, (0..n * n).map(term).sum::<f64>().max(0.0).sqrt())
+    }
+
+    /// The model at this moment.
+    pub fn model(&self, Ts: f64) -> PolyModel {
+        self.structure.model(&self.theta, Ts)
+    }
+
+    /// Steps of the offset that were seen.
+    pub fn alarms(&self) -> usize {
+        self.alarms as usize
+    }
+
+    /// Samples taken in, learnt or not.
+    pub fn samples(&self) -> usize {
+        self.samples as usize
+    }
+
+    /// Whether the last sample was learnt.
+    pub fn learnt(&self) -> bool {
+        self.learnt
+    }
+
+    fn covariance(&self, i: usize, j: usize) -> f64 {
+        if i == j && self.P.factors().1[i] == 0.0 {
+            return f64::INFINITY;
+        }
+        self.innovation.s2() * self.forgetting.spread() * self.P.at(i, j)
+    }
+
+    /// Every number of the state; the settings are not among them.
+    pub fn state(&self) -> Vec<f64> {
+        let mut all = Vec::new();
+        self.clone().numbers(&mut |x| all.push(*x));
+        all
+    }
+
+    /// Goes on from where another with the same settings stood.
+    pub fn resume(&mut self, state: &[f64]) -> Result<()> {
+        let mut other = self.clone();
+        restore(state, |visit| other.numbers(visit))?;
+        *self = other;
+        Ok(())
+    }
+
+    fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        self.theta.iter_mut().for_each(&mut *visit);
+        self.P.numbers(visit);
+        self.forgetting.numbers(visit);
+        self.innovation.numbers(visit);
+        self.gate.iter_mut().for_each(|gate| gate.numbers(visit));
+        self.regressor.numbers(visit);
+        self.u.rotate_left(self.next);
+        self.next = 0;
+        self.u.iter_mut().for_each(&mut *visit);
+        let Newest { y, e, v, w } = &mut self.newest;
+        let [u0, y0] = &mut self.zero;
+        let [most_u, most_y] = &mut self.travel;
+        let Rpem { samples, alarms, .. } = self;
+        [y, e, v, w, u0, y0, most_u, most_y, samples, alarms].into_iter().for_each(&mut *visit);
+        let mut whole = [self.seen, self.wait, self.closed].map(|n| n as f64);
+        whole.iter_mut().for_each(&mut *visit);
+        [self.seen, self.wait, self.closed] = whole.map(|x| x as usize);
+        let mut flags = [self.begun, self.learnt].map(|yes| f64::from(u8::from(yes)));
+        flags.iter_mut().for_each(&mut *visit);
+        [self.begun, self.learnt] = flags.map(|x| x != 0.0);
+    }
+}
+
+/// Delay and orders together.
+const LARGEST_ORDER: usize = 100_000;
