@@ -45,11 +45,10 @@ pub struct BankSettings {
     pub rml: bool,
     /// Whether `eps`, `q` and `s2` are kept: 15 % more memory to move.
     pub errors: bool,
-    /// Largest error believed, in standard deviations; needs `errors`.
+    /// Largest error learnt, in standard deviations; needs `errors`. Nothing is clipped in the first 50 samples,
+    /// nor where `q >= 1`: there an error speaks of the parameters, not of the noise.
     pub clip: Option<f64>,
-    /// Least standard deviation of the noise that is believed by `clip`, in units of the scaled output.
-    pub floor: f64,
-    /// Samples over which `s2` is a mean, at least 20.
+    /// Samples over which `s2` is a mean, more than 50.
     pub memory: f64,
 }
 
@@ -65,7 +64,6 @@ impl Default for BankSettings {
             rml: true,
             errors: false,
             clip: None,
-            floor: 0.0,
             memory: 200.0,
         }
     }
@@ -93,11 +91,8 @@ impl BankSettings {
         if self.clip.is_some_and(|clip| !(clip > 0.0 && clip.is_finite() && self.errors)) {
             return Err(Error::argument("clip", self.clip.unwrap_or_default(), "positive, with errors kept"));
         }
-        if !(self.floor >= 0.0 && self.floor.is_finite()) {
-            return Err(Error::argument("floor", self.floor, "zero or positive"));
-        }
-        if !(self.memory >= 20.0 && self.memory.is_finite()) {
-            return Err(Error::argument("memory", self.memory, "at least 20 samples"));
+        if !(self.memory > 50.0 && self.memory.is_finite()) {
+            return Err(Error::argument("memory", self.memory, "more than 50 samples"));
         }
         Ok(())
     }
@@ -165,7 +160,7 @@ impl Bank {
             per,
             lanes: vec![Lanes::new(&settings.P0); groups * per],
             errors: vec![Errors { eps: [0.0; W], q: [0.0; W], s2: [0.0; W] }; kept(groups * per)],
-            inputs: vec![Inputs::default(); groups],
+            inputs: vec![Inputs { attention: true, ..Inputs::default() }; groups],
             windows: vec![Window::default(); kept(groups)],
             factors: Vec::new(),
             ring: vec![[0.0; W]; groups * (high + 1)],
@@ -272,7 +267,7 @@ impl Bank {
     }
 
     /// Robust variance of the noise: the mean of `eps^2 / (1 + q)`, each at most 9 times the mean so far once
-    /// 20 were learnt; 0 unless errors are kept.
+    /// 50 were learnt; 0 unless errors are kept.
     pub fn s2(&self, index: usize, candidate: usize) -> f64 {
         let (_, y_factor) = self.units(index);
         self.kept(index, candidate, |errors| &errors.s2) / (y_factor * y_factor)
@@ -346,7 +341,7 @@ impl Bank {
             let inputs = &mut self.inputs[group];
             (inputs.u_zero[slot], inputs.y_zero[slot], inputs.y_before[slot]) = (0.0, 0.0, 0.0);
             if let Some(window) = self.windows.get_mut(group) {
-                (window.weight[slot], window.sum[slot], window.squares[slot]) = (1.0, 0.0, 0.0);
+                window.clear(slot);
             }
             inputs.attention = true;
             self.columns[c].started = false;
