@@ -215,6 +215,26 @@ impl Bank {
         Ok(())
     }
 
+    /// `run` that returns `eps` and `q` of every sample, each `(N, loops, candidates)`.
+    pub fn errors(&mut self, u: &[f64], y: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+        if !self.settings.errors {
+            return Err(Error::argument("errors", "not kept", "kept from the start, to be returned"));
+        }
+        if u.len() != y.len() {
+            return Err(Error::argument("u", format!("{} numbers", u.len()), &format!("{}, as y", y.len())));
+        }
+        let size = u.len() * self.candidates();
+        let (mut eps, mut q) = (Vec::with_capacity(size), Vec::with_capacity(size));
+        for (u, y) in u.chunks(self.loops).zip(y.chunks(self.loops)) {
+            self.step(u, y)?;
+            for (k, c) in (0..self.loops).flat_map(|k| (0..self.candidates()).map(move |c| (k, c))) {
+                eps.push(self.eps(k, c));
+                q.push(self.q(k, c));
+            }
+        }
+        Ok((eps, q))
+    }
+
     /// Number of loops.
     pub fn loops(&self) -> usize {
         self.loops
@@ -302,16 +322,19 @@ impl Bank {
     }
 
     /// Opens or closes the gate: a closed one leaves theta and P as they are, while the signals move on.
-    pub fn gate(&mut self, index: usize, open: bool) {
+    pub fn gate(&mut self, index: usize, open: bool) -> Result<()> {
+        self.exists(index)?;
         for c in self.columns_of(index) {
             self.columns[c].gated = !open;
             self.inputs[c / W].attention = true;
         }
+        Ok(())
     }
 
     /// After an alarm: adds this to the variance of the offset, in units of the noise variance, at every
     /// candidate; what is known of a, b and c stays known.
     pub fn open_offset(&mut self, index: usize, variance: f64) -> Result<()> {
+        self.exists(index)?;
         if !(variance > 0.0 && variance <= 1e20) {
             return Err(Error::argument("variance", variance, "positive, and at most 1e20"));
         }
@@ -324,9 +347,7 @@ impl Bank {
 
     /// Forgets all of this loop, but not whether its gate is open: its next sample is its first.
     pub fn reset(&mut self, index: usize) -> Result<()> {
-        if index >= self.loops {
-            return Err(Error::argument("loop", index, &format!("less than {}", self.loops)));
-        }
+        self.exists(index)?;
         let fresh = Lanes::new(&self.settings.P0);
         for c in self.columns_of(index) {
             let (group, slot) = (c / W, c % W);
@@ -393,6 +414,13 @@ impl Bank {
         self.factors.iter_mut().flatten().for_each(&mut fill);
         self.inputs.iter_mut().for_each(|inputs| inputs.attention = true);
         Ok(())
+    }
+
+    fn exists(&self, index: usize) -> Result<()> {
+        if index < self.loops {
+            return Ok(());
+        }
+        Err(Error::argument("index", index, &format!("less than {}, the number of loops", self.loops)))
     }
 
     /// The eight that holds an estimator, and its place there.

@@ -144,8 +144,8 @@ fn a_loop_alone_is_the_same_loop_among_many_and_steps_are_a_run() {
         let (mut u, mut y) = records(250, loops);
         (u[90 * loops + 1], y[120 * loops + 2]) = (f64::NAN, f64::INFINITY);
         let [mut many, mut stepped] = [bank(loops, &watched()), bank(loops, &watched())];
-        many.gate(loops - 1, false);
-        stepped.gate(loops - 1, false);
+        many.gate(loops - 1, false).expect("a loop");
+        stepped.gate(loops - 1, false).expect("a loop");
         many.run(&u, &y).expect("rows");
         for (u, y) in u.chunks(loops).zip(y.chunks(loops)) {
             stepped.step(u, y).expect("a row");
@@ -153,7 +153,7 @@ fn a_loop_alone_is_the_same_loop_among_many_and_steps_are_a_run() {
         for k in 0..loops {
             assert_eq!(told(&many, k), told(&stepped, k));
             let mut alone = bank(1, &watched());
-            alone.gate(0, k != loops - 1);
+            alone.gate(0, k != loops - 1).expect("a loop");
             alone.run(&of_loop(&u, loops, k), &of_loop(&y, loops, k)).expect("rows");
             assert_eq!(told(&many, k), told(&alone, 0));
         }
