@@ -369,7 +369,7 @@ class Bank:
         """Learn one sample (loops,) of every loop."""
 
     def run(self, u: Floats, y: Floats, errors: bool = False) -> tuple[Floats, Floats] | None:
-        """Learn samples (N, loops): `step` in a loop; `eps`, `q` (N, loops, candidates) if asked."""
+        """Learn samples (N, loops): `step` in a loop; if asked, return `eps` and `q` of each."""
 
     def scale(self, index: int, u_factor: float, y_factor: float) -> None:
         """Count the signals of a loop in other units, and start it anew."""
