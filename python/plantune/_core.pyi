@@ -273,6 +273,45 @@ def simulate_relay(
 ) -> tuple[Floats, Floats]:
     """Input and measured output (N,) under a relay, which takes over after `rest` rows."""
 
+class LoopSimulator:
+    """A first-order plant under a sampled PID, one sample at a time."""
+
+    def __init__(
+        self,
+        K: float,
+        T: float,
+        L: float,
+        Ts: float,
+        pid: PID,
+        *,
+        offset: float = 0.0,
+        u0: float = 0.0,
+        longest: float = 0.0,
+        actuator: Actuator | None = None,
+        y_step: float = 0.0,
+        anti_windup: str = "clamping",
+        Tt: float | None = None,
+    ) -> None: ...
+    def step(self, r: float, noise: float = 0.0) -> tuple[float, float]:
+        """Go to the next sample: `u` from there on, and the `y` read there."""
+
+    def hold(self, r: float, u: float, noise: float = 0.0) -> tuple[float, float]:
+        """Go to the next sample in manual: the output is `u` within its limits."""
+
+    def set(self, pid: PID) -> None:
+        """Take other controller settings from the next sample on, without a bump."""
+
+    def set_plant(self, K: float, T: float, L: float, offset: float) -> None:
+        """Take other parameters of the plant: they bring it to the next sample."""
+
+    @property
+    def pid(self) -> PID:
+        """The settings at work."""
+
+    @property
+    def plant(self) -> tuple[float, float, float, float]:
+        """`K, T, L, offset` now."""
+
 # --- findings and fits -------------------------------------------------------------------------
 
 def health(rec: Record, limits: Limits) -> Fields:
@@ -346,6 +385,86 @@ class RLS:
     @property
     def lam(self) -> float:
         """Forgetting factor."""
+
+class Bank:
+    """First-order ARMAX with offset, for each of many loops at each of several delays."""
+
+    def __init__(
+        self,
+        loops: int,
+        nk: tuple[int, int],
+        lam: float = 0.995,
+        lam0: float = 0.95,
+        rho: float = 0.99,
+        P0: float | Sequence[float] | Floats = 1e6,
+        method: str = "rml",
+        errors: bool = True,
+        clip: float | None = None,
+        swell: float = 1e3,
+        c_most: float = 0.97,
+        memory: float = 200.0,
+    ) -> None: ...
+    def step(self, u: Sequence[float] | Floats, y: Sequence[float] | Floats) -> None:
+        """Learn one sample (loops,) of every loop."""
+
+    def run(self, u: Floats, y: Floats, errors: bool = False) -> tuple[Floats, Floats] | None:
+        """Learn samples (N, loops): `step` in a loop; if asked, return `eps` and `q` of each."""
+
+    def scale(self, index: int, u_factor: float, y_factor: float) -> None:
+        """Count the signals of a loop in other units, and start it anew."""
+
+    def gate(self, index: int, open: bool) -> None:
+        """Open or close the gate of a loop."""
+
+    def open_offset(self, index: int, variance: float = 1000.0) -> None:
+        """Add to the variance of the offset of a loop."""
+
+    def reset(self, index: int) -> None:
+        """Forget all of a loop."""
+
+    @property
+    def nk(self) -> NDArray[np.int64]:
+        """Candidate delays (candidates,)."""
+
+    @property
+    def theta(self) -> Floats:
+        """Parameters a, b, d, c (loops, candidates, 4)."""
+
+    @property
+    def P(self) -> Floats:
+        """Their covariance (loops, candidates, 4, 4) in units of the noise variance."""
+
+    @property
+    def sd(self) -> Floats:
+        """Their standard deviations (loops, candidates, 4)."""
+
+    @property
+    def eps(self) -> Floats:
+        """Error of the last sample before it was learnt (loops, candidates)."""
+
+    @property
+    def q(self) -> Floats:
+        """`psi' P psi` of the last sample (loops, candidates)."""
+
+    @property
+    def s2(self) -> Floats:
+        """Robust variance of the noise (loops, candidates)."""
+
+    @property
+    def learnt(self) -> NDArray[np.bool_]:
+        """Whether the last sample was learnt (loops,)."""
+
+    @property
+    def restarts(self) -> NDArray[np.uint32]:
+        """How often a loop started anew (loops,)."""
+
+    @property
+    def origin(self) -> Floats:
+        """First u and y of each loop (loops, 2)."""
+
+    @property
+    def loops(self) -> int:
+        """Number of loops."""
 
 # --- judgement ---------------------------------------------------------------------------------
 

@@ -212,6 +212,7 @@ pub struct LiveLoop {
 impl LiveLoop {
     /// In equilibrium at the input `u0`.
     pub fn new(plant: &Fopdt, offset: f64, pid: &Pid, settings: LiveSettings) -> Result<Self> {
+        let settings = LiveSettings { longest: settings.longest.max(plant.L), ..settings };
         let LiveSettings { Ts, longest, u0, actuator, y_step, anti_windup } = settings;
         let plant = LivePlant::new(plant, offset, longest, Ts, u0)?;
         check_controller(pid, Ts)?;
@@ -229,7 +230,16 @@ impl LiveLoop {
     ///
     /// The first call reads the sample at which the loop is in equilibrium. Allocates nothing.
     pub fn step(&mut self, r: f64, noise: f64) -> Result<(f64, f64)> {
-        for (name, x) in [("r", r), ("noise", noise)] {
+        self.advance(r, noise, None)
+    }
+
+    /// The same in manual: the output is `u` within reach, and automatic goes on from there.
+    pub fn hold(&mut self, r: f64, noise: f64, u: f64) -> Result<(f64, f64)> {
+        self.advance(r, noise, Some(u))
+    }
+
+    fn advance(&mut self, r: f64, noise: f64, manual: Option<f64>) -> Result<(f64, f64)> {
+        for (name, x) in [("r", r), ("noise", noise), ("u", manual.unwrap_or(0.0))] {
             if !x.is_finite() {
                 return Err(Error::argument(name, x, "finite"));
             }
@@ -238,7 +248,10 @@ impl LiveLoop {
             self.plant.step(position);
         }
         let y = quantised(self.plant.output() + noise, self.settings.y_step);
-        let wanted = self.controller.step(r, y, 0.0);
+        let wanted = match manual {
+            Some(u) => self.controller.hold(r, y, 0.0, u),
+            None => self.controller.step(r, y, 0.0),
+        };
         let before = self.position.unwrap_or(self.settings.u0);
         let (u, position) = self.settings.actuator.position(wanted, before);
         self.position = Some(position);
@@ -354,6 +367,7 @@ mod tests {
                 live.set(&next).expect("sound");
             }
             if k == 300 {
+                let made = *live.settings();
                 let mut other = LiveLoop::new(&plant, O, &next, made).expect("a loop");
                 other.resume(live.state()).expect("its state");
                 live = other;
@@ -377,6 +391,8 @@ mod tests {
         let mut live = LiveLoop::new(&plant, 0.0, &pid, made).expect("a loop");
         assert!(live.set_plant(&Fopdt { L: 0.29, ..plant }, 0.0).is_ok());
         assert_eq!(live.set_plant(&Fopdt { L: 0.3, ..plant }, 0.0).expect_err("too long").code(), "U01");
+        assert_eq!(live.hold(1.0, 0.0, 7.0).expect("in manual").0, 7.0);
+        assert!((live.step(1.0, 0.0).expect("from there").0 - 7.0).abs() < 0.2);
         assert_eq!(live.step(f64::NAN, 0.0).expect_err("no set point").code(), "U01");
     }
 }
