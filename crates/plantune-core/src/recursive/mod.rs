@@ -6,12 +6,16 @@ mod innovation;
 mod projection;
 mod regressor;
 mod rls;
+mod room;
 mod rpem;
+mod trace;
 mod ud;
 
 pub use forgetting::{Forgetting, Scheme};
 pub use gate::Gate;
 pub use innovation::{CLIP, Innovation, Judged};
 pub use rls::Rls;
+pub use room::Room;
 pub use rpem::{Rpem, Settings, Structure};
+pub use trace::Trace;
 pub use ud::Ud;
