@@ -1,5 +1,6 @@
 """Estimators that learn one sample at a time, on line or over a record."""
 
-from plantune._core import RLS
+from plantune._core import ARMAX, ARX, BJ, OE, RLS
+from plantune.recursive.trace import Trace
 
-__all__ = ["RLS"]
+__all__ = ["ARMAX", "ARX", "BJ", "OE", "RLS", "Trace"]

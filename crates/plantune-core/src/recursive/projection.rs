@@ -55,7 +55,7 @@ pub fn inside(p: &[f64], radius: f64, room: &mut Vec<f64>) -> bool {
                 room[n - i] = (b - k * a) * per;
             }
         }
-        if n % 2 == 0 {
+        if n.is_multiple_of(2) {
             room[n / 2] *= (1.0 - k) * per;
         }
         room.truncate(n);

@@ -298,8 +298,8 @@ impl Rpem {
         }
         let scale = self.forgetting.learn(n, &mut self.P, room, q, judged);
         let (theta, before, b) = (&mut self.theta[..n], &mut room.before[..n], &room.b[..n]);
+        before.copy_from_slice(theta);
         for k in 0..n {
-            before[k] = theta[k];
             theta[k] += b[k] * scale;
         }
         // The second is the first, without waiting for theta.
