@@ -66,6 +66,5 @@ def replay(rec: Record, settings: Settings) -> AdaptLog:
     aux = np.empty((N, len(settings.signals)))
     for i, name in enumerate(settings.signals):
         aux[:, i] = rec.aux[name]
-    columns = (rec.time, r, u, y)
-    out = _core.AutoTuner(settings).run(*columns, aux, rec.starts.tolist())
-    return log_of(out, columns, settings, rec.source)
+    out = _core.AutoTuner(settings).run(rec.time, r, u, y, aux, rec.starts.tolist())
+    return log_of(out, (rec.time, r), settings, rec.source)
