@@ -386,6 +386,86 @@ class RLS:
     def lam(self) -> float:
         """Forgetting factor."""
 
+class Bank:
+    """First-order ARMAX with offset, for each of many loops at each of several delays."""
+
+    def __init__(
+        self,
+        loops: int,
+        nk: tuple[int, int],
+        lam: float = 0.995,
+        lam0: float = 0.95,
+        rho: float = 0.99,
+        P0: float | Sequence[float] | Floats = 1e6,
+        method: str = "rml",
+        errors: bool = True,
+        clip: float | None = None,
+        swell: float = 1e3,
+        c_most: float = 0.97,
+        memory: float = 200.0,
+    ) -> None: ...
+    def step(self, u: Sequence[float] | Floats, y: Sequence[float] | Floats) -> None:
+        """Learn one sample (loops,) of every loop."""
+
+    def run(self, u: Floats, y: Floats, errors: bool = False) -> tuple[Floats, Floats] | None:
+        """Learn samples (N, loops): `step` in a loop; if asked, return `eps` and `q` of each."""
+
+    def scale(self, index: int, u_factor: float, y_factor: float) -> None:
+        """Count the signals of a loop in other units, and start it anew."""
+
+    def gate(self, index: int, open: bool) -> None:
+        """Open or close the gate of a loop."""
+
+    def open_offset(self, index: int, variance: float = 1000.0) -> None:
+        """Add to the variance of the offset of a loop."""
+
+    def reset(self, index: int) -> None:
+        """Forget all of a loop."""
+
+    @property
+    def nk(self) -> NDArray[np.int64]:
+        """Candidate delays (candidates,)."""
+
+    @property
+    def theta(self) -> Floats:
+        """Parameters a, b, d, c (loops, candidates, 4)."""
+
+    @property
+    def P(self) -> Floats:
+        """Their covariance (loops, candidates, 4, 4) in units of the noise variance."""
+
+    @property
+    def sd(self) -> Floats:
+        """Their standard deviations (loops, candidates, 4)."""
+
+    @property
+    def eps(self) -> Floats:
+        """Error of the last sample before it was learnt (loops, candidates)."""
+
+    @property
+    def q(self) -> Floats:
+        """`psi' P psi` of the last sample (loops, candidates)."""
+
+    @property
+    def s2(self) -> Floats:
+        """Robust variance of the noise (loops, candidates)."""
+
+    @property
+    def learnt(self) -> NDArray[np.bool_]:
+        """Whether the last sample was learnt (loops,)."""
+
+    @property
+    def restarts(self) -> NDArray[np.uint32]:
+        """How often a loop started anew (loops,)."""
+
+    @property
+    def origin(self) -> Floats:
+        """First u and y of each loop (loops, 2)."""
+
+    @property
+    def loops(self) -> int:
+        """Number of loops."""
+
 # --- judgement ---------------------------------------------------------------------------------
 
 def check(

@@ -7,6 +7,7 @@
 #![allow(missing_docs)]
 
 mod analyze;
+mod bank;
 mod batch;
 mod error;
 mod forms;
@@ -31,6 +32,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         sim::register,
         batch::register,
         recursive::register,
+        bank::register,
         analyze::register,
         validate::register,
         tune::register,

@@ -39,6 +39,14 @@ pub enum Cause {
     Unsettled(Parameter),
     /// No delay is probable enough.
     DelayUndecided,
+    /// The standard deviation of a parameter is too large.
+    Uncertain(Parameter),
+    /// An alarm is being judged: another level or another plant.
+    Judging,
+    /// The rule has no settings for this plant.
+    NoSettings,
+    /// The largest sensitivity is too large over the uncertainty.
+    Sensitivity,
     /// The last change is too recent, s.
     Dwell,
     /// The plant is at no operating point.
@@ -69,9 +77,12 @@ impl Cause {
             Cause::DelayUndecided => "A04",
             Cause::Dwell => "A05",
             Cause::NoOperatingPoint => "A06",
+            Cause::Uncertain(_) => "A07",
+            Cause::Judging => "A08",
+            Cause::NoSettings => "M12",
             Cause::LargeChange(_) => "C01",
             Cause::Sign(_) => "C02",
-            Cause::GainMargin | Cause::PhaseMargin => "C07",
+            Cause::GainMargin | Cause::PhaseMargin | Cause::Sensitivity => "C07",
             Cause::Saturated => "M03",
             Cause::NotExcited => "X01",
             Cause::Stuck => "D18",
@@ -118,10 +129,16 @@ impl Reason {
         match self.cause {
             Cause::WindowNotFull | Cause::Dwell | Cause::LargeChange(_) => "wait; nothing is wrong",
             Cause::OutOfLimits(_) => "check the limits, or the plant",
-            Cause::Unsettled(_) | Cause::DelayUndecided => "move the set point or the input more, or longer",
+            Cause::Judging => "wait; a few time constants decide it",
+            Cause::NoSettings => "check the wished margins, or take another rule",
+            Cause::Unsettled(_) | Cause::Uncertain(_) | Cause::DelayUndecided => {
+                "move the set point or the input more, or longer"
+            }
             Cause::NoOperatingPoint => "wait until the plant is at one, or widen the margins",
             Cause::Sign(_) => "check the action of the loop",
-            Cause::GainMargin | Cause::PhaseMargin => "record longer, or ask for a slower loop",
+            Cause::GainMargin | Cause::PhaseMargin | Cause::Sensitivity => {
+                "record longer, or ask for a slower loop"
+            }
             Cause::Saturated => "keep u off its limits while tuning",
             Cause::NotExcited => "move the set point, or add a dither",
             Cause::Stuck => "look after the sensor or its link",
@@ -137,6 +154,10 @@ impl fmt::Display for Reason {
             Cause::OutOfLimits(p) => write!(f, "{p} is {x}, beyond its limit {limit}"),
             Cause::Unsettled(p) => write!(f, "{p} moves by {x} within the window, limit {limit}"),
             Cause::DelayUndecided => write!(f, "the likeliest delay has a probability of {x}, needs {limit}"),
+            Cause::Uncertain(p) => write!(f, "{p} is known to a share of {x}, needs {limit}"),
+            Cause::Judging => write!(f, "an alarm is judged: another level or another plant"),
+            Cause::NoSettings => write!(f, "the rule has no settings for this plant"),
+            Cause::Sensitivity => write!(f, "Ms is {x} over the uncertainty, at most {limit}"),
             Cause::Dwell => write!(f, "{x} s since the last change, needs {limit} s"),
             Cause::NoOperatingPoint => write!(f, "at no operating point"),
             Cause::LargeChange(p) => write!(f, "{p} changes by a factor {x}, at most {limit} per step"),

@@ -6,7 +6,6 @@ use super::kernel::{Row, W};
 
 /// What eight columns remember of their signals.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[repr(C, align(64))]
 pub struct Inputs {
     /// Origins.
     pub u_zero: Row,
@@ -41,23 +40,33 @@ pub struct Window {
     pub sum: Row,
     /// Sum of `lambda^2k`.
     pub squares: Row,
+    /// Largest `|y|`.
+    pub travel: Row,
 }
 
 impl Default for Window {
     fn default() -> Self {
-        Window { weight: [1.0; W], sum: [0.0; W], squares: [0.0; W] }
+        Window { weight: [1.0; W], sum: [0.0; W], squares: [0.0; W], travel: [0.0; W] }
     }
 }
 
 impl Window {
-    pub const ROWS: usize = 3;
+    pub const ROWS: usize = 4;
 
-    pub fn rows(&self) -> [&Row; 3] {
-        [&self.weight, &self.sum, &self.squares]
+    pub fn rows(&self) -> [&Row; 4] {
+        [&self.weight, &self.sum, &self.squares, &self.travel]
     }
 
-    pub fn rows_mut(&mut self) -> [&mut Row; 3] {
-        [&mut self.weight, &mut self.sum, &mut self.squares]
+    pub fn rows_mut(&mut self) -> [&mut Row; 4] {
+        [&mut self.weight, &mut self.sum, &mut self.squares, &mut self.travel]
+    }
+
+    /// As before the first sample.
+    pub fn clear(&mut self, slot: usize) {
+        self.rows_mut()
+            .into_iter()
+            .zip(Window::default().rows())
+            .for_each(|(row, fresh)| row[slot] = fresh[slot]);
     }
 
     /// The part of `s2 P` that is the covariance.

@@ -70,14 +70,8 @@ impl Lanes {
     /// `P = U D U'` of one estimator.
     pub fn P(&self, slot: usize) -> [[f64; 4]; 4] {
         let at = |i: usize, k: usize| if i == k { 1.0 } else { self.U[k * (k - 1) / 2 + i][slot] };
-        let mut P = [[0.0; 4]; 4];
-        for j in 0..4 {
-            for i in 0..=j {
-                P[i][j] = (j..4).map(|k| at(i, k) * self.D[k][slot] * at(j, k)).sum();
-                P[j][i] = P[i][j];
-            }
-        }
-        P
+        let sum = |i: usize, j: usize| (j..4).map(|k| at(i, k) * self.D[k][slot] * at(j, k)).sum();
+        std::array::from_fn(|i| std::array::from_fn(|j| sum(i.min(j), i.max(j))))
     }
 
     /// `U D U' <- U D U' + variance x x'` with `x` the unit vector of parameter `n`.
@@ -90,10 +84,9 @@ impl Lanes {
             let (s, D) = (x[j], self.D[j][slot]);
             let more = D + c * s * s;
             let beta = c * s / more;
-            for i in 0..j {
-                let U = &mut self.U[j * (j - 1) / 2 + i][slot];
-                x[i] -= s * *U;
-                *U += beta * x[i];
+            for (U, x) in self.U[j * j.saturating_sub(1) / 2..].iter_mut().zip(&mut x[..j]) {
+                *x -= s * U[slot];
+                U[slot] += beta * *x;
             }
             c *= D / more;
             self.D[j][slot] = more;
@@ -131,7 +124,7 @@ pub struct Judge<S: Simd> {
     /// Where `s2` still settles, every error counts in full.
     pub settled: S::m64s,
     /// Largest error believed, squared and in units of `s2 (1 + q)`.
-    pub clip: Option<S::f64s>,
+    pub clip2: Option<S::f64s>,
     /// Least variance believed.
     pub floor: S::f64s,
     /// Largest square in `s2`, in units of it.
@@ -251,19 +244,20 @@ fn judged<S: Simd, const GATED: bool>(
     *at::<S>(&mut errors.eps, r) = eps;
     *at::<S>(&mut errors.q, r) = q;
     let s2 = at::<S>(&mut errors.s2, r);
-    let spread = simd.add_f64s(simd.splat_f64s(1.0), q);
+    let (one, spread) = (simd.splat_f64s(1.0), simd.add_f64s(simd.splat_f64s(1.0), q));
     let square = simd.div_f64s(mul(eps, eps), spread);
     let before = simd.max_f64s(*s2, judge.floor);
     let capped = simd.select_f64s(judge.settled, simd.min_f64s(square, mul(judge.nine, before)), square);
     let next = simd.mul_add_e_f64s(judge.weight, simd.sub_f64s(capped, *s2), *s2);
     *s2 = if GATED { simd.select_f64s(now.learn, next, *s2) } else { next };
-    match judge.clip {
+    match judge.clip2 {
         None => eps,
-        Some(clip) => {
-            let most = simd.sqrt_f64s(mul(clip, mul(before, spread)));
-            let least = simd.neg_f64s(most);
-            let clipped = simd.max_f64s(simd.min_f64s(eps, most), least);
-            simd.select_f64s(judge.settled, clipped, eps)
+        Some(clip2) => {
+            // Where the prediction is less certain than the noise, an error speaks of the parameters.
+            let sure = simd.and_m64s(judge.settled, simd.less_than_f64s(q, one));
+            let most = simd.sqrt_f64s(mul(clip2, mul(before, spread)));
+            let clipped = simd.max_f64s(simd.min_f64s(eps, most), simd.neg_f64s(most));
+            simd.select_f64s(sure, clipped, eps)
         }
     }
 }

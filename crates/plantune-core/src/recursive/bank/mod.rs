@@ -45,11 +45,10 @@ pub struct BankSettings {
     pub rml: bool,
     /// Whether `eps`, `q` and `s2` are kept: 15 % more memory to move.
     pub errors: bool,
-    /// Largest error believed, in standard deviations; needs `errors`.
+    /// Largest error learnt, in standard deviations; needs `errors`. Nothing is clipped in the first 50 samples,
+    /// nor where `q >= 1`: there an error speaks of the parameters, not of the noise.
     pub clip: Option<f64>,
-    /// Least standard deviation of the noise that is believed by `clip`, in units of the scaled output.
-    pub floor: f64,
-    /// Samples over which `s2` is a mean, at least 20.
+    /// Samples over which `s2` is a mean, more than 50.
     pub memory: f64,
 }
 
@@ -65,7 +64,6 @@ impl Default for BankSettings {
             rml: true,
             errors: false,
             clip: None,
-            floor: 0.0,
             memory: 200.0,
         }
     }
@@ -93,11 +91,8 @@ impl BankSettings {
         if self.clip.is_some_and(|clip| !(clip > 0.0 && clip.is_finite() && self.errors)) {
             return Err(Error::argument("clip", self.clip.unwrap_or_default(), "positive, with errors kept"));
         }
-        if !(self.floor >= 0.0 && self.floor.is_finite()) {
-            return Err(Error::argument("floor", self.floor, "zero or positive"));
-        }
-        if !(self.memory >= 20.0 && self.memory.is_finite()) {
-            return Err(Error::argument("memory", self.memory, "at least 20 samples"));
+        if !(self.memory > 50.0 && self.memory.is_finite()) {
+            return Err(Error::argument("memory", self.memory, "more than 50 samples"));
         }
         Ok(())
     }
@@ -165,7 +160,7 @@ impl Bank {
             per,
             lanes: vec![Lanes::new(&settings.P0); groups * per],
             errors: vec![Errors { eps: [0.0; W], q: [0.0; W], s2: [0.0; W] }; kept(groups * per)],
-            inputs: vec![Inputs::default(); groups],
+            inputs: vec![Inputs { attention: true, ..Inputs::default() }; groups],
             windows: vec![Window::default(); kept(groups)],
             factors: Vec::new(),
             ring: vec![[0.0; W]; groups * (high + 1)],
@@ -220,6 +215,26 @@ impl Bank {
         Ok(())
     }
 
+    /// `run` that returns `eps` and `q` of every sample, each `(N, loops, candidates)`.
+    pub fn errors(&mut self, u: &[f64], y: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
+        if !self.settings.errors {
+            return Err(Error::argument("errors", "not kept", "kept from the start, to be returned"));
+        }
+        if u.len() != y.len() {
+            return Err(Error::argument("u", format!("{} numbers", u.len()), &format!("{}, as y", y.len())));
+        }
+        let size = u.len() * self.candidates();
+        let (mut eps, mut q) = (Vec::with_capacity(size), Vec::with_capacity(size));
+        for (u, y) in u.chunks(self.loops).zip(y.chunks(self.loops)) {
+            self.step(u, y)?;
+            for (k, c) in (0..self.loops).flat_map(|k| (0..self.candidates()).map(move |c| (k, c))) {
+                eps.push(self.eps(k, c));
+                q.push(self.q(k, c));
+            }
+        }
+        Ok((eps, q))
+    }
+
     /// Number of loops.
     pub fn loops(&self) -> usize {
         self.loops
@@ -272,7 +287,7 @@ impl Bank {
     }
 
     /// Robust variance of the noise: the mean of `eps^2 / (1 + q)`, each at most 9 times the mean so far once
-    /// 20 were learnt; 0 unless errors are kept.
+    /// 50 were learnt; 0 unless errors are kept.
     pub fn s2(&self, index: usize, candidate: usize) -> f64 {
         let (_, y_factor) = self.units(index);
         self.kept(index, candidate, |errors| &errors.s2) / (y_factor * y_factor)
@@ -307,16 +322,19 @@ impl Bank {
     }
 
     /// Opens or closes the gate: a closed one leaves theta and P as they are, while the signals move on.
-    pub fn gate(&mut self, index: usize, open: bool) {
+    pub fn gate(&mut self, index: usize, open: bool) -> Result<()> {
+        self.exists(index)?;
         for c in self.columns_of(index) {
             self.columns[c].gated = !open;
             self.inputs[c / W].attention = true;
         }
+        Ok(())
     }
 
     /// After an alarm: adds this to the variance of the offset, in units of the noise variance, at every
     /// candidate; what is known of a, b and c stays known.
     pub fn open_offset(&mut self, index: usize, variance: f64) -> Result<()> {
+        self.exists(index)?;
         if !(variance > 0.0 && variance <= 1e20) {
             return Err(Error::argument("variance", variance, "positive, and at most 1e20"));
         }
@@ -329,9 +347,7 @@ impl Bank {
 
     /// Forgets all of this loop, but not whether its gate is open: its next sample is its first.
     pub fn reset(&mut self, index: usize) -> Result<()> {
-        if index >= self.loops {
-            return Err(Error::argument("loop", index, &format!("less than {}", self.loops)));
-        }
+        self.exists(index)?;
         let fresh = Lanes::new(&self.settings.P0);
         for c in self.columns_of(index) {
             let (group, slot) = (c / W, c % W);
@@ -346,7 +362,7 @@ impl Bank {
             let inputs = &mut self.inputs[group];
             (inputs.u_zero[slot], inputs.y_zero[slot], inputs.y_before[slot]) = (0.0, 0.0, 0.0);
             if let Some(window) = self.windows.get_mut(group) {
-                (window.weight[slot], window.sum[slot], window.squares[slot]) = (1.0, 0.0, 0.0);
+                window.clear(slot);
             }
             inputs.attention = true;
             self.columns[c].started = false;
@@ -398,6 +414,13 @@ impl Bank {
         self.factors.iter_mut().flatten().for_each(&mut fill);
         self.inputs.iter_mut().for_each(|inputs| inputs.attention = true);
         Ok(())
+    }
+
+    fn exists(&self, index: usize) -> Result<()> {
+        if index < self.loops {
+            return Ok(());
+        }
+        Err(Error::argument("index", index, &format!("less than {}, the number of loops", self.loops)))
     }
 
     /// The eight that holds an estimator, and its place there.

@@ -15,8 +15,11 @@ const TOGETHER: usize = 4;
 /// `alpha` and the squared error stay below this, or the loop starts anew.
 const HUGE: f64 = 1e60;
 
-/// `s2` is a plain mean as long as a sample weighs more than this.
-const SETTLING: f64 = 0.05;
+/// As long as a sample weighs more in `s2` than this, none is capped or clipped.
+const SETTLING: f64 = 0.02;
+
+/// Share of the output's travel below which no noise is believed: rounding is not noise.
+const LEAST: f64 = 1e-6;
 
 /// Runs over rows of `u` and `y`, `(N, loops)`.
 pub fn run(bank: &mut Bank, u: &[f64], y: &[f64]) {
@@ -131,12 +134,14 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
         *gap = keep(simd.mul_f64s(*gap, splat(settings.rho)), *gap);
         let now = Now::<S> { y: y_now, y_before, lambda, inverse: simd.div_f64s(splat(1.0), lambda), learn };
         let judge = bank.windows.get_mut(g).map(|window| {
-            let weight = at::<S>(&mut window.weight, r);
+            let (weight, travel) = (at::<S>(&mut window.weight, r), at::<S>(&mut window.travel, r));
+            *travel = simd.max_f64s(*travel, simd.abs_f64s(y_now));
+            let least = simd.mul_f64s(splat(LEAST), *travel);
             let judge = Judge::<S> {
                 weight: *weight,
                 settled: simd.less_than_f64s(*weight, splat(SETTLING)),
-                clip: settings.clip.map(|clip| splat(clip * clip)),
-                floor: splat(settings.floor * settings.floor),
+                clip2: settings.clip.map(|clip| splat(clip * clip)),
+                floor: simd.mul_f64s(least, least),
                 nine: splat(9.0),
             };
             let next = simd.div_f64s(*weight, simd.add_f64s(*weight, splat(1.0)));

@@ -35,6 +35,12 @@ const SPARE: usize = 2;
 /// Pivots below this share mean that the rows do not tell parameters apart.
 const RANK_TOLERANCE: f64 = 1e-9;
 
+/// Likelihood against that of the best, from which on a minimum counts.
+const UNLIKELY: f64 = 1e-6;
+
+/// The same, below which a delay is out of the question for now.
+const HOPELESS: f64 = 1e-9;
+
 /// Rows kept, and how they fall into stretches.
 #[derive(Clone, Debug)]
 pub struct Window {
@@ -51,6 +57,10 @@ pub struct Window {
     starts: Vec<Begin>,
     /// `a, b1, b2, c` of each cell at the last fit, in the units of the signals.
     warm: Vec<[f64; 4]>,
+    /// Cells that the last fit found out of the question.
+    hopeless: Vec<bool>,
+    /// The cell of these that is searched all the same.
+    turn: usize,
 }
 
 /// The first row of a stretch, and whether the rows before it belong to the same signals.
@@ -114,10 +124,13 @@ impl Window {
             return Err(Error::argument("nk", came, "an ascending pair of samples, at least 1"));
         }
         let cells = nk.start() - 1..=nk.end() - 1;
-        let warm = vec![[0.5, 0.0, 0.0, 0.0]; cells.clone().count()];
+        let count = cells.clone().count();
+        let (warm, hopeless) = (vec![[0.5, 0.0, 0.0, 0.0]; count], vec![false; count]);
         let room = || Vec::with_capacity(2 * most);
         let starts = vec![Begin { row: 0, gap: true }];
         Ok(Window {
+            hopeless,
+            turn: 0,
             Ts,
             cells,
             fraction,
@@ -196,26 +209,39 @@ impl Window {
     }
 
     /// Fits the last rows, at most as many as the window is wide; None where they do not tell a plant.
+    ///
+    /// Delays out of the question at the last fit are searched in turn, one at each fit.
     pub fn fit(&mut self) -> Option<Estimate> {
         let first = self.y.len().saturating_sub(self.most);
-        self.fit_rows(first..self.y.len())
+        self.turn = (self.turn + 1) % self.hopeless.len();
+        let (turn, hopeless) = (self.turn, self.hopeless.clone());
+        self.search(first..self.y.len(), |i| i == turn || !hopeless[i])
     }
 
-    /// The same over some of the rows.
+    /// Fits some of the rows, at every delay.
     pub fn fit_rows(&mut self, range: Range<usize>) -> Option<Estimate> {
+        self.search(range, |_| true)
+    }
+
+    fn search(&mut self, range: Range<usize>, is_due: impl Fn(usize) -> bool) -> Option<Estimate> {
         let scaled = Scaled::new(self, range)?;
-        let found: Vec<Option<Found>> = self
-            .cells
-            .clone()
-            .zip(&self.warm)
-            .map(|(m, warm)| scaled.search(m, *warm, self.fraction && m < *self.cells.end()))
+        let last = *self.cells.end();
+        let inside = |m: usize| self.fraction && m < last;
+        let due = self.cells.clone().zip(&self.warm).enumerate();
+        let found: Vec<Option<Found>> = due
+            .map(|(i, (m, warm))| if is_due(i) { scaled.search(m, *warm, inside(m)) } else { None })
             .collect();
         for (warm, found) in self.warm.iter_mut().zip(&found) {
             if let Some(found) = found {
                 *warm = scaled.physical(&found.theta);
             }
         }
-        scaled.estimate(&found, self.cells.clone())
+        let weights = scaled.weights(&found);
+        let best = (0..weights.len()).max_by(|&i, &j| weights[i].total_cmp(&weights[j]))?;
+        for (i, hopeless) in self.hopeless.iter_mut().enumerate() {
+            *hopeless = weights[i] < HOPELESS && i.abs_diff(best) > 1;
+        }
+        scaled.estimate(&found, &weights, best, self.cells.clone())
     }
 }
 
@@ -231,6 +257,7 @@ struct Scaled {
 }
 
 /// A minimum as a plant.
+#[derive(Clone)]
 struct Plant {
     model: Fopdt,
     P: [f64; 16],
@@ -295,31 +322,34 @@ impl Scaled {
         [theta[0], theta[1] * gain, theta[2] * gain, theta[3]]
     }
 
-    fn estimate(&self, found: &[Option<Found>], cells: RangeInclusive<usize>) -> Option<Estimate> {
+    /// Likelihood at the minimum of each cell, that of the best being 1.
+    fn weights(&self, found: &[Option<Found>]) -> Vec<f64> {
+        let half = 0.5 * self.rows.N() as f64;
+        let floor = EXACT * self.rows.N() as f64;
+        let cost = |f: &Option<Found>| f.as_ref().map_or(f64::INFINITY, |f| f.cost + floor);
+        let least = found.iter().map(cost).fold(f64::INFINITY, f64::min);
+        found.iter().map(|f| (-half * (cost(f) / least).ln()).exp()).collect()
+    }
+
+    fn estimate(
+        &self,
+        found: &[Option<Found>],
+        weights: &[f64],
+        best: usize,
+        cells: RangeInclusive<usize>,
+    ) -> Option<Estimate> {
         let N = self.rows.N();
-        let cost = |i: usize| found.get(i).and_then(Option::as_ref).map_or(f64::INFINITY, |f| f.cost);
-        let at = |i: usize| if i == usize::MAX { f64::INFINITY } else { cost(i) };
-        let floor = EXACT * N as f64;
-        let (best, least) = (0..found.len()).map(|i| (i, cost(i))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let weight = |i: usize| weights.get(i).copied().unwrap_or(0.0);
         let (mut modes, mut shown) = (Vec::new(), None);
-        for i in 0..found.len() {
-            let is_minimum = cost(i) <= at(i.wrapping_sub(1)) && cost(i) <= at(i + 1);
-            let Some(found) = found[i].as_ref().filter(|_| i == best || is_minimum) else { continue };
-            let weight = (-0.5 * N as f64 * ((found.cost + floor) / (least + floor)).ln()).exp();
-            if i != best && weight < 1e-6 {
-                continue;
-            }
-            let m = cells.start() + i;
-            let Some(plant) = self.plant(found, m) else {
-                if i == best {
-                    return None;
-                }
-                continue;
-            };
-            modes.push(Mode { model: plant.model, P: plant.P, weight });
+        for (i, at) in found.iter().enumerate() {
+            let is_minimum =
+                weight(i) >= weight(i.wrapping_sub(1)).max(weight(i + 1)) && weight(i) > UNLIKELY;
+            let Some(at) = at.as_ref().filter(|_| i == best || is_minimum) else { continue };
+            let plant = self.plant(at, cells.start() + i);
             if i == best {
-                shown = Some(plant);
+                shown = plant.clone();
             }
+            modes.extend(plant.map(|plant| Mode { model: plant.model, P: plant.P, weight: weights[i] }));
         }
         let sum: f64 = modes.iter().map(|mode| mode.weight).sum();
         modes.iter_mut().for_each(|mode| mode.weight /= sum);
