@@ -18,6 +18,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from plantune import adapt as adapt
     from plantune import analyze as analyze
     from plantune import datasets as datasets
     from plantune import edge as edge
@@ -68,6 +69,7 @@ _HOME: dict[str, str | None] = {
     "models": None,
     "datasets": None,
     "prep": None,
+    "adapt": None,
     "analyze": None,
     "estimate": None,
     "recursive": None,

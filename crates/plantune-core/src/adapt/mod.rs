@@ -22,7 +22,7 @@ pub use delay::{Counters, DelayChoice, Posterior, PosteriorSettings};
 pub use fill::{Fill, Filled};
 pub use gain_table::GainTable;
 pub use gate::{Evidence, GateLimits, Gated, Watch, gate, step_towards};
-pub use identify::{Identifier, News, WindowSettings};
+pub use identify::{BankScheme, DelayRule, Identified, Identifier, News, Prefilter, Scheme, WindowSettings};
 pub use merge::Merge;
 pub use operating_point::{Change, Node, OperatingPoint};
 pub use reason::{Cause, Parameter, Reason, Reasons};

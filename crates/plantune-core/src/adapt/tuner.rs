@@ -9,14 +9,13 @@
 
 use super::classify::{Class, Classifier};
 use super::gate::{Evidence, GateLimits, Watch, gate, step_towards};
-use super::identify::{Identifier, WindowSettings};
+use super::identify::{Identified, Identifier, Scheme};
 use super::merge::Merge;
 use super::operating_point::{Node, OperatingPoint};
 use super::reason::{Cause, Parameter, Reason, Reasons};
 use super::retune::{Over, Rule, over, plants};
 use crate::error::{Error, Result};
 use crate::model::{Fopdt, Pid};
-use crate::recursive::Estimate;
 
 /// What is read at one time; what is missing is NaN.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +36,7 @@ pub struct Sample<'s> {
 #[derive(Clone, Debug)]
 pub struct TunerSettings {
     /// Identification.
-    pub window: WindowSettings,
+    pub scheme: Scheme,
     /// The controller at work in the beginning.
     pub controller: Pid,
     /// Least and largest parameters of an accepted plant.
@@ -48,6 +47,8 @@ pub struct TunerSettings {
     pub spread: [f64; 3],
     /// Estimates in the moving window.
     pub settled: usize,
+    /// Whether their mean is taken, or the last of them.
+    pub average: bool,
     /// Rate of merging, in (0, 1].
     pub merge_rate: f64,
     /// Nominal plant to merge with.
@@ -123,7 +124,7 @@ pub struct Tuner {
 impl Tuner {
     /// With empty windows.
     pub fn new(settings: TunerSettings) -> Result<Self> {
-        let WindowSettings { Ts, rows, .. } = settings.window;
+        let (Ts, rows) = (settings.scheme.Ts(), settings.scheme.rows());
         settings.gate.check()?;
         let (low, high) = settings.limits;
         let controller = Pid { Ts: Some(settings.controller.Ts.unwrap_or(Ts)), ..settings.controller };
@@ -132,7 +133,7 @@ impl Tuner {
         }
         let points = settings.points.as_ref();
         Ok(Tuner {
-            identifier: Identifier::new(settings.window)?,
+            identifier: Identifier::new(&settings.scheme)?,
             classifier: Classifier::new(low, high, [f64::INFINITY; 3], settings.settled)?,
             merge: Merge::new(settings.merge_rate, settings.nominal)?,
             watch: Watch::new(rows, settings.u.0, settings.u.1)?,
@@ -148,8 +149,13 @@ impl Tuner {
     }
 
     /// The last estimate of the plant.
-    pub fn estimate(&self) -> Option<&Estimate> {
-        self.identifier.estimate()
+    pub fn identified(&self) -> Option<Identified> {
+        self.identifier.identified()
+    }
+
+    /// The next sample does not follow the last one.
+    pub fn gap(&mut self) {
+        self.lost = true;
     }
 
     /// Takes a sample and decides.
@@ -210,7 +216,7 @@ impl Tuner {
 
     fn identify(&mut self, sample: &Sample, decision: &mut Decision) {
         let news = self.identifier.step(sample.u, sample.y);
-        self.samples = (self.samples + 1).min(self.settings.window.rows);
+        self.samples = (self.samples + 1).min(self.settings.scheme.rows());
         (decision.fitted, decision.alarm, decision.changed) = (news.fitted, news.alarm, news.changed);
         if news.alarm {
             self.classifier.reset();
@@ -226,7 +232,7 @@ impl Tuner {
 
     /// Classification, mean, merging, retuning.
     fn judge(&mut self, decision: &mut Decision) {
-        let Some(estimate) = self.identifier.estimate().cloned() else { return };
+        let Some(estimate) = self.identifier.identified() else { return };
         if let Some(reason) = self.uncertain(&estimate) {
             self.classifier.reset();
             decision.reasons.push(reason);
@@ -234,7 +240,8 @@ impl Tuner {
         }
         match self.classifier.step(&estimate.model) {
             Class::Accepted(mean, sd) => match self.spread(&mean, &sd) {
-                None => self.accept(&estimate, decision),
+                None if self.settings.average => self.accept(&mean, &estimate, decision),
+                None => self.accept(&estimate.model, &estimate, decision),
                 Some(reason) => decision.reasons.push(reason),
             },
             class => {
@@ -246,7 +253,7 @@ impl Tuner {
     }
 
     /// Why the estimate is not sure enough.
-    fn uncertain(&self, estimate: &Estimate) -> Option<Reason> {
+    fn uncertain(&self, estimate: &Identified) -> Option<Reason> {
         if self.identifier.is_judging() {
             return Some(Reason::new(Cause::Judging, 0.0, 0.0));
         }
@@ -267,9 +274,9 @@ impl Tuner {
         Some(Reason::new(Cause::Unsettled(parameters[worst]), relative[worst], limits[worst]))
     }
 
-    fn accept(&mut self, estimate: &Estimate, decision: &mut Decision) {
+    fn accept(&mut self, model: &Fopdt, estimate: &Identified, decision: &mut Decision) {
         decision.accepted = true;
-        let merged = self.merge.step(&estimate.model);
+        let merged = self.merge.step(model);
         self.merged = Some(merged);
         decision.merged = self.merged;
         let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller) {
@@ -282,14 +289,14 @@ impl Tuner {
     }
 
     /// Towards the target, if it is worth it and the gate lets it through.
-    fn retune(&mut self, merged: &Fopdt, estimate: &Estimate, target: &Pid, decision: &mut Decision) {
+    fn retune(&mut self, merged: &Fopdt, estimate: &Identified, target: &Pid, decision: &mut Decision) {
         let present = self.controller;
         let moved = |now: f64, wanted: f64| (wanted / now - 1.0).abs();
         let most = moved(present.Kp, target.Kp).max(moved(present.Ki, target.Ki));
         if most < self.settings.worth {
             return;
         }
-        let Ts = self.settings.window.Ts;
+        let Ts = self.settings.scheme.Ts();
         let since_change = self.held.map_or(f64::INFINITY, |samples| samples as f64 * Ts);
         let mut evidence = Evidence {
             since_change,
@@ -331,10 +338,10 @@ impl Tuner {
 
     /// Information grows with the rows: `var(t) = var t_now / t`.
     fn time_to_target(&self) -> f64 {
-        let Some(estimate) = self.identifier.estimate() else { return f64::INFINITY };
+        let Some(estimate) = self.identifier.identified() else { return f64::INFINITY };
         let sd = estimate.sd();
         let worst = (sd[0] / estimate.model.K.abs()).max(sd[1] / estimate.model.T);
-        let t = self.samples as f64 * self.settings.window.Ts;
+        let t = self.samples as f64 * self.settings.scheme.Ts();
         (t * ((worst / self.settings.target).powi(2) - 1.0)).max(0.0)
     }
 }

@@ -1,7 +1,7 @@
 //! Identification by windowed maximum likelihood: what is shown and tuned on.
 //!
 //! Every `every` samples the window is fitted. In between its model predicts, and the errors are watched
-//! ([`super::alarm`]). After an alarm the level is free from where the change began, and two answers compete:
+//! ([`super::super::alarm`]). After an alarm the level is free from where the change began, and two answers compete:
 //!
 //! ```text
 //! same plant, another level     rss of one plant over all rows, a level before and one after
@@ -12,7 +12,8 @@
 //! Above [`CHANGED`] the rows before are forgotten; once the rows after tell the gain on their own and do not
 //! contradict, the alarm was the level's. Until then the estimate is not taken.
 
-use super::alarm::Alarm;
+use super::super::alarm::Alarm;
+use super::{Identified, News};
 use crate::error::Result;
 use crate::linalg::extent;
 use crate::recursive::{Estimate, Predictor, Window};
@@ -56,20 +57,9 @@ pub struct WindowSettings {
     pub every: usize,
 }
 
-/// What a sample brought.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct News {
-    /// A new estimate.
-    pub fitted: bool,
-    /// Errors too large for the model.
-    pub alarm: bool,
-    /// The plant is another one: the rows before are forgotten.
-    pub changed: bool,
-}
-
 /// The window, its model, and the watch on it.
 #[derive(Clone, Debug)]
-pub struct Identifier {
+pub struct WindowIdentifier {
     settings: WindowSettings,
     window: Window,
     estimate: Option<Estimate>,
@@ -89,12 +79,12 @@ struct Judged {
     before: Option<(f64, usize)>,
 }
 
-impl Identifier {
+impl WindowIdentifier {
     /// An empty window.
     pub fn new(settings: WindowSettings) -> Result<Self> {
         let WindowSettings { Ts, nk, fraction, rows, every } = settings;
         let window = Window::new(Ts, nk.0..=nk.1, fraction, rows)?;
-        Ok(Identifier {
+        Ok(WindowIdentifier {
             settings,
             window,
             estimate: None,
@@ -106,8 +96,9 @@ impl Identifier {
     }
 
     /// The last estimate.
-    pub fn estimate(&self) -> Option<&Estimate> {
-        self.estimate.as_ref()
+    pub fn identified(&self) -> Option<Identified> {
+        let Estimate { model, P, offset, modes, delays, .. } = self.estimate.clone()?;
+        Some(Identified { model, P, offset, modes, delays })
     }
 
     /// Whether an alarm waits for its judgement.
