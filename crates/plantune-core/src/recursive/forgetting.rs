@@ -22,6 +22,8 @@
 //! `S1` of the weights and `S2` of their squares: `P` without forgetting, `P/(1 + lambda)` once one has long been
 //! forgetting, and what is right in between. A sample's own innovation has `s^2 (1 + q S2/S1)`.
 
+use super::innovation::Judged;
+use super::room::Room;
 use super::ud::Ud;
 use crate::error::{Error, Result};
 
@@ -159,11 +161,12 @@ impl Forgetting {
         (self.weights, self.squares) = (rows, rows);
     }
 
-    /// Brings `P` past the sample weighed last, whose `q` this is; `surprise` is `eps^2/((1 + q) s^2)`.
+    /// Brings `P` past the sample weighed last, of this `q` and innovation.
     ///
-    /// Returns what `P psi` (of before, in [`Ud::P_psi`]) has to be multiplied with to be the gain.
+    /// Returns what `P psi` of before, in `room.b`, has to be multiplied with to be the step of `theta`.
     #[inline(always)]
-    pub fn learn(&mut self, P: &mut Ud, q: f64, surprise: f64) -> f64 {
+    pub fn learn(&mut self, n: usize, P: &mut Ud, room: &mut Room<'_>, q: f64, judged: Judged) -> f64 {
+        let Judged { eps, surprise, .. } = judged;
         match &self.scheme {
             Scheme::Exponential { lambda: end, rho, .. } => {
                 let (lambda, per_lambda) = (self.lambda, self.per_lambda);
@@ -174,24 +177,21 @@ impl Forgetting {
                     self.lambda = end - self.gap;
                     self.per_lambda = 1.0 / self.lambda;
                 }
-                P.update(per_lambda, per_lambda) * per_lambda
+                P.update(n, room, per_lambda, per_lambda) * (per_lambda * eps)
             }
             Scheme::Variable { lambda } => {
                 self.lambda = (1.0 - surprise * (1.0 - lambda)).clamp(LEAST.min(*lambda), 1.0);
                 self.weights = self.lambda * (self.weights + 1.0);
                 self.squares = self.lambda * self.lambda * (self.squares + 1.0);
-                P.update(1.0, 1.0 / self.lambda)
+                P.update(n, room, 1.0, 1.0 / self.lambda) * eps
             }
             Scheme::Directional { lambda } => {
-                if q > 0.0 {
-                    P.update(lambda - (1.0 - lambda) / q, 1.0);
-                } else {
-                    P.update(0.0, 1.0);
-                }
-                1.0 / (1.0 + q)
+                let g = if q > 0.0 { lambda - (1.0 - lambda) / q } else { 0.0 };
+                P.update(n, room, g, 1.0);
+                eps / (1.0 + q)
             }
             Scheme::Kalman { R1, R2 } => {
-                let scale = P.update(1.0 / R2, 1.0) / R2;
+                let scale = P.update(n, room, 1.0 / R2, 1.0) * (eps / R2);
                 for (j, R1) in R1.iter().enumerate().filter(|(_, R1)| **R1 > 0.0) {
                     P.add_to(j, *R1);
                 }
@@ -210,6 +210,7 @@ impl Forgetting {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recursive::room::VECTORS;
 
     /// `S2/S1` of explicit weights, for a factor that grows.
     #[test]
@@ -222,8 +223,11 @@ mod tests {
             assert!((forgetting.lambda() - lambda).abs() < 1e-15);
             weights.iter_mut().for_each(|w| *w *= lambda);
             weights.push(1.0);
-            let q = P.weigh(&[1.0]);
-            forgetting.learn(&mut P, q, 1.0);
+            let mut all = [1.0; VECTORS];
+            let room = &mut Room::of(1, &mut all);
+            let q = P.weigh(1, room);
+            let judged = Judged { eps: 0.0, surprise: 1.0, alarm: false };
+            forgetting.learn(1, &mut P, room, q, judged);
             let (S1, S2) = (weights.iter().sum::<f64>(), weights.iter().map(|w| w * w).sum::<f64>());
             assert!((forgetting.spread() - S2 / S1).abs() < 1e-14);
         }

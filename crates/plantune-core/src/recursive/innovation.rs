@@ -50,7 +50,7 @@ pub struct Innovation {
 pub struct Judged {
     /// The innovation to learn from.
     pub eps: f64,
-    /// `eps^2/(s^2 v)` of it; 1 where nothing can be said.
+    /// `eps^2/(s^2 v)` of it, or 1 where nothing can be said.
     pub surprise: f64,
     /// Whether the offset has moved.
     pub alarm: bool,
@@ -76,25 +76,29 @@ impl Innovation {
         if v >= 2.0 {
             return Judged { eps, surprise: 1.0, alarm: false };
         }
-        let square = eps * eps / v;
         if self.rows < FIRST {
             self.rows += 1.0;
-            self.s2 += (square - self.s2) / self.rows;
+            self.s2 += (eps * eps / v - self.s2) / self.rows;
             return Judged { eps, surprise: 1.0, alarm: false };
         }
         let s2 = self.s2.max((LEAST * travel).powi(2)).max(f64::MIN_POSITIVE);
-        let z2 = square / s2;
-        let (mut used, mut surprise) = (eps, z2);
-        if z2 > self.clip2 {
-            used = eps * (self.clip2 / z2).sqrt();
-            surprise = self.clip2;
-        }
+        let z2 = eps * eps / (v * s2);
         if self.watch && self.sum(z2.sqrt().min(CLIP).copysign(eps)) {
-            return Judged { eps, surprise, alarm: true };
+            return Judged { eps, surprise: 1.0, alarm: true };
         }
-        self.rows = (self.rows + 1.0).min(MEMORY);
-        self.s2 += (square.min(ROBUST * s2) - self.s2) / self.rows;
-        Judged { eps: used, surprise, alarm: false }
+        let change = z2.min(ROBUST) * s2 - self.s2;
+        if self.rows < MEMORY {
+            self.rows += 1.0;
+            self.s2 += change / self.rows;
+        } else {
+            self.s2 += change * (1.0 / MEMORY);
+        }
+        if z2 > self.clip2 { self.cut(eps, z2) } else { Judged { eps, surprise: z2, alarm: false } }
+    }
+
+    #[cold]
+    fn cut(&self, eps: f64, z2: f64) -> Judged {
+        Judged { eps: eps * (self.clip2 / z2).sqrt(), surprise: self.clip2, alarm: false }
     }
 
     /// Sums deviations either way; whether that raises the alarm.

@@ -7,7 +7,9 @@ mod innovation;
 mod projection;
 mod regressor;
 mod rls;
+mod room;
 mod rpem;
+mod trace;
 mod ud;
 mod window;
 
@@ -16,6 +18,8 @@ pub use forgetting::{Forgetting, Scheme};
 pub use gate::Gate;
 pub use innovation::{CLIP, Innovation, Judged};
 pub use rls::Rls;
+pub use room::Room;
 pub use rpem::{Rpem, Settings, Structure};
+pub use trace::Trace;
 pub use ud::Ud;
 pub use window::{Estimate, Mode, Predictor, Window};

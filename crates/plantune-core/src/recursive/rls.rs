@@ -18,6 +18,7 @@
 
 use super::forgetting::{Forgetting, Scheme};
 use super::innovation::Innovation;
+use super::room::{Room, VECTORS, with_room};
 use super::ud::Ud;
 use crate::error::{Error, Result};
 use crate::linalg::{Triangle, solve};
@@ -42,6 +43,7 @@ pub struct Rls {
     kept: f64,                     // what is left of the start
     samples: f64,
     travel: f64, // largest |y|
+    room: Vec<f64>,
 }
 
 impl Rls {
@@ -60,6 +62,7 @@ impl Rls {
             kept: 1.0,
             samples: 0.0,
             travel: 0.0,
+            room: vec![0.0; VECTORS * n],
         })
     }
 
@@ -136,21 +139,28 @@ impl Rls {
     ///
     /// Allocates nothing. On error the state is unchanged.
     pub fn update(&mut self, phi: &[f64], y: f64) -> Result<f64> {
-        if phi.len() != self.n() || phi.iter().any(|x| !x.is_finite()) {
+        with_room!(self.theta.len(), self.room, |n, room| self.update_n(n, room, phi, y))
+    }
+
+    #[inline(always)]
+    fn update_n(&mut self, n: usize, room: &mut Room<'_>, phi: &[f64], y: f64) -> Result<f64> {
+        if phi.len() != n || phi.iter().any(|x| !x.is_finite()) {
             return Err(Error::argument("phi", format!("{phi:?}"), &self.numbers_needed()));
         }
         if !y.is_finite() {
             return Err(Error::argument("y", y, "a finite number"));
         }
-        let eps = y - phi.iter().zip(&self.theta).map(|(x, theta)| x * theta).sum::<f64>();
-        let q = self.P.weigh(phi);
+        let theta = &self.theta[..n];
+        let eps = y - phi.iter().zip(theta).map(|(x, theta)| x * theta).sum::<f64>();
+        room.psi.copy_from_slice(phi);
+        let q = self.P.weigh(n, room);
         if !(eps * eps + q).is_finite() {
             return Err(overflow());
         }
         self.travel = self.travel.max(y.abs());
         let judged = self.innovation.judge(eps, 1.0 + q * self.forgetting.spread(), self.travel);
-        let scale = self.forgetting.learn(&mut self.P, q, judged.surprise) * judged.eps;
-        for (theta, b) in self.theta.iter_mut().zip(self.P.P_psi()) {
+        let scale = self.forgetting.learn(n, &mut self.P, room, q, judged);
+        for (theta, b) in self.theta[..n].iter_mut().zip(&*room.b) {
             *theta += b * scale;
         }
         self.kept = if self.kept > FADED { self.kept * self.forgetting.lambda() } else { 0.0 };

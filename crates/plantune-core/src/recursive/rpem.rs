@@ -20,10 +20,11 @@
 use super::forgetting::{Forgetting, Scheme};
 use super::gate::Gate;
 use super::innovation::Innovation;
-use super::projection::cut;
+use super::projection;
 use super::regressor::{Newest, Regressor};
 use super::rls::{overflow, restore};
-use super::ud::{Ud, unrolled};
+use super::room::{Room, VECTORS, with_room};
+use super::ud::Ud;
 use crate::error::{Error, Result};
 use crate::model::PolyModel;
 
@@ -132,7 +133,6 @@ pub struct Rpem {
     innovation: Innovation,
     gate: Option<Gate>,
     regressor: Regressor,
-    newest: Newest,
     u: Vec<f64>,      // (nk) inputs on their way, a ring
     next: usize,      // the oldest of them
     seen: usize,      // samples of this segment, up to the history
@@ -141,8 +141,9 @@ pub struct Rpem {
     travel: [f64; 2], // most that they were away from it
     begun: bool,
     closed: usize,    // parameters of which nothing was said so far
-    before: Vec<f64>, // (n) theta before a step
-    room: Vec<f64>,
+    room: Vec<f64>,   // (VECTORS, n)
+    before: Vec<f64>, // (n) the parameters before a step, for what is seldom needed
+    schur: Vec<f64>,  // a polynomial
     samples: f64,
     alarms: f64,
     learnt: bool,
@@ -188,7 +189,6 @@ impl Rpem {
             innovation: Innovation::new(settings.clip, settings.watch && structure.offset),
             gate: settings.gate,
             regressor: Regressor::new(structure, settings.gradient),
-            newest: Newest::default(),
             u: vec![0.0; structure.nk],
             next: 0,
             seen: 0,
@@ -196,8 +196,9 @@ impl Rpem {
             zero: [0.0; 2],
             travel: [0.0; 2],
             begun: false,
-            before: vec![0.0; n],
-            room: Vec::with_capacity(n + 1),
+            room: vec![0.0; VECTORS * n],
+            before: Vec::with_capacity(n),
+            schur: Vec::with_capacity(n + 1),
             samples: 0.0,
             alarms: 0.0,
             learnt: false,
@@ -213,25 +214,27 @@ impl Rpem {
         if !y.is_finite() {
             return Err(Error::argument("y", y, "a finite number; skip(u) is for an output that is missing"));
         }
-        unrolled!(self.theta.len(), n => self.step_n(n, u, Some(y)))
+        with_room!(self.theta.len(), self.room, |n, room| self.step_n(n, room, u, Some(y)))
     }
 
     /// Goes on without an output: it is missing at `t`, or does not count.
     pub fn skip(&mut self, u: f64) -> Result<()> {
-        unrolled!(self.theta.len(), n => self.step_n(n, u, None)).map(|_| ())
+        let (n, mut lent) = (self.theta.len(), std::mem::take(&mut self.room));
+        let result = self.step_n(n, &mut Room::of(n, &mut lent), u, None);
+        self.room = lent;
+        result.map(|_| ())
     }
 
     /// Forgets all signals, as after a gap; parameters and covariance go on.
     pub fn restart(&mut self) {
         self.regressor.restart();
-        self.newest = Newest::default();
         self.u.fill(0.0);
         (self.next, self.seen, self.wait) = (0, 0, 0);
         self.gate.iter_mut().for_each(Gate::restart);
     }
 
     #[inline(always)]
-    fn step_n(&mut self, n: usize, u: f64, y: Option<f64>) -> Result<Option<f64>> {
+    fn step_n(&mut self, n: usize, room: &mut Room<'_>, u: f64, y: Option<f64>) -> Result<Option<f64>> {
         if !u.is_finite() {
             return Err(Error::argument("u", u, "a finite number"));
         }
@@ -242,15 +245,15 @@ impl Rpem {
         let [u0, y0] = self.zero;
         let (u, y) = (u - u0, y.map(|y| y - y0));
         let delayed = if self.structure.nk == 0 { u } else { self.u[self.next] };
-        self.regressor.look(n, &self.theta, self.newest, delayed);
-        let predicted = self.predicted(n);
+        self.regressor.look(n, room, &self.theta, delayed);
+        let predicted = product(n, room.phi, &self.theta);
         let filling = self.seen < self.structure.history();
         let (now, eps) = match y {
             Some(y) => (y, y - predicted),
-            None if filling => (self.newest.y, 0.0),
+            None if filling => (self.regressor.last_y(), 0.0),
             None => (predicted, 0.0),
         };
-        let q = self.P.weigh(&self.regressor.psi);
+        let q = self.P.weigh(n, room);
         if !(u * u + now * now + eps * eps + q).is_finite() {
             return Err(overflow());
         }
@@ -259,11 +262,9 @@ impl Rpem {
         self.travel = [self.travel[0].max(u.abs()), self.travel[1].max(now.abs())];
         let moving = self.gate.as_mut().is_none_or(|gate| gate.look(u));
         self.learnt = moving && !filling && self.wait == 0 && y.is_some();
-        if self.learnt {
-            self.learn(n, eps, q);
-        }
-        self.remember(n, now, filling);
-        self.regressor.keep(n);
+        let left = if self.learnt { self.learn(n, room, now, eps, q) } else { eps };
+        let newest = self.newest(n, room, now, left, filling);
+        self.regressor.keep(n, room, newest);
         self.pass(u, y.is_some());
         Ok((y.is_some() && !filling).then_some(eps))
     }
@@ -281,38 +282,39 @@ impl Rpem {
         Ok(())
     }
 
-    /// `phi' theta`.
+    /// Brings `theta` and `P` past this sample; returns the error that is left, `y - phi' theta(t)`.
     #[inline(always)]
-    fn predicted(&self, n: usize) -> f64 {
-        let (phi, theta) = (&self.regressor.phi[..n], &self.theta[..n]);
-        let mut sum = 0.0;
-        for k in 0..n {
-            sum += phi[k] * theta[k];
-        }
-        sum
-    }
-
-    /// `theta` and `P` past this sample.
-    #[inline(always)]
-    fn learn(&mut self, n: usize, eps: f64, mut q: f64) {
+    fn learn(&mut self, n: usize, room: &mut Room<'_>, y: f64, eps: f64, mut q: f64) -> f64 {
+        // What is called from here must not be handed the room, or it could not be registers.
         if self.closed > 0 {
             self.open();
-            q = self.P.weigh(&self.regressor.psi);
+            q = self.P.weigh(n, room);
         }
         let v = 1.0 + q * self.forgetting.spread();
         let judged = self.innovation.judge(eps, v, self.travel[1]);
         if judged.alarm {
-            self.alarms += 1.0;
-            self.P.add_to(n - 1, BUMP);
-            q = self.P.weigh(&self.regressor.psi);
+            self.open_constant();
+            q = self.P.weigh(n, room);
         }
-        let scale = self.forgetting.learn(&mut self.P, q, judged.surprise) * judged.eps;
-        let (theta, before, b) = (&mut self.theta[..n], &mut self.before[..n], &self.P.P_psi()[..n]);
+        let scale = self.forgetting.learn(n, &mut self.P, room, q, judged);
+        let (theta, before, b) = (&mut self.theta[..n], &mut room.before[..n], &room.b[..n]);
+        before.copy_from_slice(theta);
         for k in 0..n {
-            before[k] = theta[k];
             theta[k] += b[k] * scale;
         }
-        self.project();
+        // The second is the first, without waiting for theta.
+        if self.project(before) {
+            y - product(n, room.phi, &self.theta)
+        } else {
+            eps - product(n, room.phi, room.b) * scale
+        }
+    }
+
+    /// After an alarm.
+    #[cold]
+    fn open_constant(&mut self) {
+        self.alarms += 1.0;
+        self.P.add_to(self.theta.len() - 1, BUMP);
     }
 
     /// Brings parameters into play once their signals have moved.
@@ -335,46 +337,55 @@ impl Rpem {
         }
     }
 
-    /// Keeps `C`, `D` and `F` stable.
+    /// Keeps `C`, `D` and `F` stable; whether that changed the parameters.
     #[inline(always)]
-    fn project(&mut self) {
+    fn project(&mut self, before: &[f64]) -> bool {
         let Structure { na, nb, nc, nd, nf, .. } = self.structure;
-        if nc + nd + nf == 0 {
-            return;
-        }
-        let c = na + nb;
-        let parts =
-            [(c..c + nc, RADIUS_C), (c + nc..c + nc + nd, RADIUS), (c + nc + nd..c + nc + nd + nf, RADIUS)];
-        for (part, radius) in parts {
-            for k in 0..=HALVINGS {
-                if cut(&mut self.theta[part.clone()], radius, &mut self.room) {
-                    break;
-                }
-                let share = if k < HALVINGS { 0.5 } else { 0.0 };
-                for (theta, before) in self.theta.iter_mut().zip(&self.before) {
-                    *theta = before + share * (*theta - before);
-                }
+        let (c, d, f) = (na + nb, na + nb + nc, na + nb + nc + nd);
+        // Not one after the other with `||`: each must be brought back.
+        self.keep_stable(c, nc, RADIUS_C, before)
+            | self.keep_stable(d, nd, RADIUS, before)
+            | self.keep_stable(f, nf, RADIUS, before)
+    }
+
+    #[inline(always)]
+    fn keep_stable(&mut self, from: usize, order: usize, radius: f64, before: &[f64]) -> bool {
+        match &mut self.theta[from..from + order] {
+            [] => false,
+            [p1] => projection::one(p1, radius),
+            [p1, p2] => projection::two(p1, p2, radius),
+            _ => {
+                self.before.clear();
+                self.before.extend_from_slice(before);
+                self.halve(from, order, radius)
             }
         }
     }
 
+    /// Halves the step of all parameters until the polynomial is stable.
+    #[cold]
+    fn halve(&mut self, from: usize, order: usize, radius: f64) -> bool {
+        for k in 0..=HALVINGS {
+            if projection::inside(&self.theta[from..from + order], radius, &mut self.schur) {
+                return k > 0;
+            }
+            let share = if k < HALVINGS { 0.5 } else { 0.0 };
+            for (theta, before) in self.theta.iter_mut().zip(&self.before) {
+                *theta = before + share * (*theta - before);
+            }
+        }
+        true
+    }
+
     /// What this sample leaves for the regressor of the next: `y`, `e`, `v` and `w` of the newest `theta`.
     #[inline(always)]
-    fn remember(&mut self, n: usize, y: f64, filling: bool) {
-        let Structure { na, nb, nc, nd, nf, offset, .. } = self.structure;
-        self.newest.y = y;
-        if !filling {
-            self.newest.e = y - self.predicted(n);
+    fn newest(&self, n: usize, room: &Room<'_>, y: f64, e: f64, filling: bool) -> Newest {
+        let mut newest = Newest { minus_y: -y, e: if filling { 0.0 } else { e }, ..Newest::default() };
+        if self.structure.nd + self.structure.nf > 0 {
+            let (w, v) = self.regressor.paths(n, room, &self.theta, y, !filling);
+            (newest.minus_w, newest.minus_v) = (-w, -v);
         }
-        if nd + nf > 0 {
-            let part = |from: usize, len: usize| -> f64 {
-                let (phi, theta) = (&self.regressor.phi[from..from + len], &self.theta[from..from + len]);
-                phi.iter().zip(theta).map(|(phi, theta)| phi * theta).sum()
-            };
-            let rest = y - part(0, na) - if offset { self.theta[n - 1] } else { 0.0 };
-            let w = if filling { rest } else { part(na, nb) + part(na + nb + nc + nd, nf) };
-            (self.newest.w, self.newest.v) = (w, rest - w);
-        }
+        newest
     }
 
     /// Moves on to the next sample.
@@ -492,11 +503,10 @@ impl Rpem {
         self.u.rotate_left(self.next);
         self.next = 0;
         self.u.iter_mut().for_each(&mut *visit);
-        let Newest { y, e, v, w } = &mut self.newest;
         let [u0, y0] = &mut self.zero;
         let [most_u, most_y] = &mut self.travel;
         let Rpem { samples, alarms, .. } = self;
-        [y, e, v, w, u0, y0, most_u, most_y, samples, alarms].into_iter().for_each(&mut *visit);
+        [u0, y0, most_u, most_y, samples, alarms].into_iter().for_each(&mut *visit);
         let mut whole = [self.seen, self.wait, self.closed].map(|n| n as f64);
         whole.iter_mut().for_each(&mut *visit);
         [self.seen, self.wait, self.closed] = whole.map(|x| x as usize);
@@ -508,3 +518,14 @@ impl Rpem {
 
 /// Delay and orders together.
 const LARGEST_ORDER: usize = 100_000;
+
+/// `x' y` of the first `n` entries.
+#[inline(always)]
+fn product(n: usize, x: &[f64], y: &[f64]) -> f64 {
+    let (x, y) = (&x[..n], &y[..n]);
+    let mut sum = 0.0;
+    for k in 0..n {
+        sum += x[k] * y[k];
+    }
+    sum
+}

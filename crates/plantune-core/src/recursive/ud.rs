@@ -11,6 +11,7 @@
 //! The divisions of an update do not wait for one another: `beta_j = 1 + g q_j` of the partial sums `q_j` first,
 //! their inverses side by side, then the chain of products.
 
+use super::room::Room;
 use crate::error::{Error, Result};
 use crate::linalg::Triangle;
 
@@ -21,51 +22,14 @@ const MOST_FORGOTTEN: f64 = 1e12;
 /// Largest start value: with the bound above, `psi' P psi` of any sensible `psi` stays a number.
 pub(super) const LARGEST: f64 = 1e100;
 
-/// `P` by its factors, with room for an update.
+/// `P` by its factors.
 #[derive(Clone, Debug)]
 pub struct Ud {
-    U: Vec<f64>,       // above the diagonal, column by column: U01, U02, U12, U03, …
-    D: Vec<f64>,       // (n)
-    most: Vec<f64>,    // (n) that `D` may become
-    f: Vec<f64>,       // (n) U' psi; what is left of x while it is added
-    q: Vec<f64>,       // (n) sums of D_j f_j^2 up to j
-    inverse: Vec<f64>, // (n) of 1 + g q_j
-    b: Vec<f64>,       // (n) P psi, once an update is over
+    U: Vec<f64>,    // above the diagonal, column by column: U01, U02, U12, U03, …
+    D: Vec<f64>,    // (n)
+    most: Vec<f64>, // (n) that `D` may become
+    x: Vec<f64>,    // (n) what is left of `x` while it is added
 }
-
-/// The expression compiled for each small `n`, where all its loops unroll, and once for any other.
-macro_rules! unrolled {
-    ($n:expr, $name:ident => $body:expr) => {
-        match $n {
-            1 => {
-                let $name = 1;
-                $body
-            }
-            2 => {
-                let $name = 2;
-                $body
-            }
-            3 => {
-                let $name = 3;
-                $body
-            }
-            4 => {
-                let $name = 4;
-                $body
-            }
-            5 => {
-                let $name = 5;
-                $body
-            }
-            6 => {
-                let $name = 6;
-                $body
-            }
-            $name => $body,
-        }
-    };
-}
-pub(super) use unrolled;
 
 impl Ud {
     /// `P0 I`, `n` by `n`.
@@ -84,10 +48,7 @@ impl Ud {
             U: vec![0.0; n * n.saturating_sub(1) / 2],
             D,
             most: vec![MOST_FORGOTTEN * largest; n],
-            f: vec![0.0; n],
-            q: vec![0.0; n],
-            inverse: vec![0.0; n],
-            b: vec![0.0; n],
+            x: vec![0.0; n],
         }
     }
 
@@ -151,22 +112,20 @@ impl Ud {
         (self.D[j], self.most[j]) = (D, D);
     }
 
-    /// `q = psi' P psi`, and what [`Ud::update`] needs of `psi`.
+    /// `q = psi' P psi` of the `psi` in the room, and what [`Ud::update`] needs of it.
+    ///
+    /// `n` is the size, again: where the caller knows it all loops unroll.
     #[inline(always)]
-    pub fn weigh(&mut self, psi: &[f64]) -> f64 {
-        unrolled!(self.D.len(), n => self.weigh_n(n, psi))
-    }
-
-    #[inline(always)]
-    fn weigh_n(&mut self, n: usize, psi: &[f64]) -> f64 {
-        let (U, D, psi) = (&self.U[..n * (n - 1) / 2], &self.D[..n], &psi[..n]);
-        let (f, q) = (&mut self.f[..n], &mut self.q[..n]);
+    pub fn weigh(&self, n: usize, room: &mut Room<'_>) -> f64 {
+        let (U, D, psi) = (&self.U[..n * (n - 1) / 2], &self.D[..n], &room.psi[..n]);
+        let (f, q) = (&mut room.f[..n], &mut room.q[..n]);
         let (mut sum, mut column) = (0.0, 0);
         for j in 0..n {
-            let mut x = psi[j];
+            let mut x = 0.0;
             for i in 0..j {
                 x += U[column + i] * psi[i];
             }
+            x += psi[j];
             sum += x * x * D[j];
             (f[j], q[j]) = (x, sum);
             column += j;
@@ -176,24 +135,20 @@ impl Ud {
 
     /// `P <- (P - g P psi psi' P / (1 + g q)) / lambda` for the `psi` weighed last; `per_lambda = 1/lambda`.
     ///
-    /// `P psi` of before stands in [`Ud::P_psi`] then; returns `1 / (1 + g q)`, which must be positive.
+    /// Leaves `P psi` of before in `room.b` and returns `1 / (1 + g q)`, which must be positive.
     #[inline(always)]
-    pub fn update(&mut self, g: f64, per_lambda: f64) -> f64 {
-        unrolled!(self.D.len(), n => self.update_n(n, g, per_lambda))
-    }
-
-    #[inline(always)]
-    fn update_n(&mut self, n: usize, g: f64, per_lambda: f64) -> f64 {
-        let (f, q, most) = (&self.f[..n], &self.q[..n], &self.most[..n]);
-        let (U, D) = (&mut self.U[..n * (n - 1) / 2], &mut self.D[..n]);
-        let (b, inverse) = (&mut self.b[..n], &mut self.inverse[..n]);
+    pub fn update(&mut self, n: usize, room: &mut Room<'_>, g: f64, per_lambda: f64) -> f64 {
+        let (U, D, most) = (&mut self.U[..n * (n - 1) / 2], &mut self.D[..n], &self.most[..n]);
+        let (f, q) = (&room.f[..n], &room.q[..n]);
+        let (b, inverse) = (&mut room.b[..n], &mut room.inverse[..n]);
         for j in 0..n {
             inverse[j] = 1.0 / (1.0 + g * q[j]);
         }
         let (mut before, mut slope, mut column) = (1.0, -g, 0);
         for j in 0..n {
             let gain = D[j] * f[j];
-            D[j] = (D[j] * (before * inverse[j]) * per_lambda).min(most[j]);
+            let rest = D[j] * (before * inverse[j]) * per_lambda;
+            D[j] = if rest < most[j] { rest } else { most[j] };
             let turn = f[j] * slope;
             for i in 0..j {
                 let old = U[column + i];
@@ -208,37 +163,32 @@ impl Ud {
         inverse[n - 1]
     }
 
-    /// `P psi` of the covariance before the last update.
-    pub fn P_psi(&self) -> &[f64] {
-        &self.b
-    }
-
-    /// `P <- P + c x x'` with `c >= 0`; what was weighed is forgotten, [`Ud::P_psi`] stays.
+    /// `P <- P + c x x'` with `c >= 0`.
     pub fn add(&mut self, c: f64, x: &[f64]) {
-        self.f.copy_from_slice(x);
-        self.add_f(c, x.len());
+        self.x.copy_from_slice(x);
+        self.add_x(c, x.len());
     }
 
     /// Adds `c >= 0` to the variance of parameter `j` alone.
     pub fn add_to(&mut self, j: usize, c: f64) {
-        self.f[..=j].fill(0.0);
-        self.f[j] = 1.0;
-        self.add_f(c, j + 1);
+        self.x[..j].fill(0.0);
+        self.x[j] = 1.0;
+        self.add_x(c, j + 1);
     }
 
-    /// `P <- P + c f f'` for an `f` of which the first `n` entries may differ from zero.
-    fn add_f(&mut self, mut c: f64, n: usize) {
+    /// `P <- P + c x x'` of an `x` of which the first `n` entries may differ from zero.
+    fn add_x(&mut self, mut c: f64, n: usize) {
         for j in (0..n).rev() {
-            let x = self.f[j];
-            let D = self.D[j] + c * x * x;
+            let s = self.x[j];
+            let D = self.D[j] + c * s * s;
             if !(D > 0.0) {
                 continue; // neither known nor added to
             }
-            let beta = c * x / D;
+            let beta = c * s / D;
             let column = j * j.saturating_sub(1) / 2;
-            for (U, f) in self.U[column..column + j].iter_mut().zip(&mut self.f) {
-                *f -= x * *U;
-                *U += beta * *f;
+            for (U, x) in self.U[column..column + j].iter_mut().zip(&mut self.x) {
+                *x -= s * *U;
+                *U += beta * *x;
             }
             c *= self.D[j] / D;
             self.D[j] = D;
@@ -300,6 +250,7 @@ impl Ud {
 mod tests {
     use super::*;
     use crate::linalg::white;
+    use crate::recursive::room::VECTORS;
 
     /// A covariance of size `n` with its matrix.
     fn some(n: usize, seed: u64) -> (Ud, Vec<f64>) {
@@ -329,10 +280,13 @@ mod tests {
                 close(&ud.matrix(), &P, 1e-14);
                 let Ppsi = times(&P, &psi);
                 let q: f64 = Ppsi.iter().zip(&psi).map(|(p, x)| p * x).sum();
-                assert!((ud.weigh(&psi) / q - 1.0).abs() < 1e-12);
-                let left = ud.update(g, 1.25);
+                let mut all = vec![0.0; VECTORS * n];
+                let room = &mut Room::of(n, &mut all);
+                room.psi.copy_from_slice(&psi);
+                assert!((ud.weigh(n, room) / q - 1.0).abs() < 1e-12);
+                let left = ud.update(n, room, g, 1.25);
                 assert!((left * (1.0 + g * q) - 1.0).abs() < 1e-11);
-                close(ud.P_psi(), &Ppsi, 1e-12);
+                close(room.b, &Ppsi, 1e-12);
                 let after: Vec<f64> = (0..n * n)
                     .map(|k| (P[k] - g * Ppsi[k / n] * Ppsi[k % n] / (1.0 + g * q)) * 1.25)
                     .collect();
