@@ -20,6 +20,9 @@ use crate::error::{Error, Result};
 use crate::model::{Fopdt, Pid};
 use crate::sim::{Actuator, LiveSettings, Table};
 
+/// Least margin, as a factor and in degrees, that is asked for; below, none is.
+const NO_MARGIN: f64 = 1e-6;
+
 /// What is read at one time; what is missing is NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'s> {
@@ -352,20 +355,22 @@ impl Tuner {
             return;
         }
         let (step, _) = step_towards(&present, target, limits.max_change);
-        let Ok(over) = over(&plants(&estimate.modes), &present, &step) else {
-            return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0));
-        };
-        decision.over = Some(over);
-        // A part of the way out of a bad loop may still be outside the margins.
-        if over.worse >= 1.0 {
-            (evidence.gain_margin, evidence.phase_margin) = (over.gain_margin, over.phase_margin);
-            decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
-            if !(over.Ms <= self.settings.Ms) {
-                decision.reasons.push(Reason::new(Cause::Sensitivity, over.Ms, self.settings.Ms));
+        if self.asks_for_margins() {
+            let Ok(over) = over(&plants(&estimate.modes), &present, &step) else {
+                return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0));
+            };
+            decision.over = Some(over);
+            // A part of the way out of a bad loop may still be outside the margins.
+            if over.worse >= 1.0 {
+                (evidence.gain_margin, evidence.phase_margin) = (over.gain_margin, over.phase_margin);
+                decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
+                if !(over.Ms <= self.settings.Ms) {
+                    decision.reasons.push(Reason::new(Cause::Sensitivity, over.Ms, self.settings.Ms));
+                }
             }
-        }
-        if decision.reasons.refuse() {
-            return;
+            if decision.reasons.refuse() {
+                return;
+            }
         }
         match self.controller.set(&step) {
             Ok(()) => {
@@ -374,6 +379,12 @@ impl Tuner {
             }
             Err(_) => decision.reasons.push(Reason::new(Cause::NoOperatingPoint, 0.0, 0.0)),
         }
+    }
+
+    /// Whether a margin over the uncertainty can refuse anything.
+    fn asks_for_margins(&self) -> bool {
+        let gate = &self.settings.gate;
+        self.settings.Ms.is_finite() || gate.gain_margin.max(gate.phase_margin) > NO_MARGIN
     }
 
     /// What the gate has to know, but for the margins.
