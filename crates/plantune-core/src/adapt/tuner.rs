@@ -213,8 +213,11 @@ impl Tuner {
         let (u, y) = (decision.u, decision.y);
         let readable = u.is_finite() && y.is_finite();
         self.watch.step(u, y);
-        let stuck = self.watch.still() > self.settings.gate.stuck;
-        if !readable || stuck {
+        let (still, most) = (self.watch.still(), self.settings.gate.stuck);
+        if still > most {
+            decision.reasons.push(Reason::new(Cause::Stuck, still as f64, most as f64));
+        }
+        if !readable || still > most {
             self.lost = true;
         } else {
             if std::mem::take(&mut self.lost) {
