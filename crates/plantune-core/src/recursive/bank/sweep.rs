@@ -111,7 +111,7 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
     let splat = |x: f64| simd.splat_f64s(x);
     let fixed = Fixed {
         one: splat(1.0),
-        filter: splat(if settings.rml { 1.0 } else { 0.0 }),
+        filter: splat(if settings.rml { -1.0 } else { 0.0 }),
         D_most: splat(settings.D_most()),
         c_most: splat(settings.c_most),
         c_least: splat(-settings.c_most),
@@ -129,9 +129,11 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
         let learn = simd.greater_than_f64s(*at::<S>(&mut learn, r), splat(0.0));
         let keep = |new, old| if GATED { simd.select_f64s(learn, new, old) } else { new };
         let y_before = std::mem::replace(at::<S>(&mut inputs.y_before, r), y_now);
-        let gap = at::<S>(&mut inputs.gap, r);
-        let lambda = simd.sub_f64s(splat(settings.lambda), *gap);
-        *gap = keep(simd.mul_f64s(*gap, splat(settings.rho)), *gap);
+        let next = at::<S>(&mut inputs.lambda, r);
+        let lambda = *next;
+        // Not as a product with rho^t, which would end among the numbers that are slow to compute with.
+        let gap = simd.sub_f64s(splat(settings.lambda), lambda);
+        *next = keep(simd.negate_mul_add_e_f64s(gap, splat(settings.rho), splat(settings.lambda)), lambda);
         let now = Now::<S> { y: y_now, y_before, lambda, inverse: simd.div_f64s(splat(1.0), lambda), learn };
         let judge = bank.windows.get_mut(g).map(|window| {
             let (weight, travel) = (at::<S>(&mut window.weight, r), at::<S>(&mut window.travel, r));
@@ -178,6 +180,9 @@ impl Bank {
             && let Some(Ok(row)) = x.get(g * W..(g + 1) * W).map(Row::try_from)
         {
             return row;
+        }
+        if self.loops == 1 {
+            return [x[0]; W];
         }
         std::array::from_fn(|s| self.columns[g * W + s].source.map_or(0.0, |k| x[k]))
     }
@@ -227,7 +232,6 @@ impl Bank {
                 column.started = true;
                 column.blind = self.high;
                 (inputs.u_zero[s], inputs.y_zero[s]) = (raw[0][s], raw[1][s]);
-                inputs.gap[s] = self.settings.lambda - self.settings.lambda0;
                 (u[s], y[s]) = (0.0, 0.0);
                 self.ring[g * rows..(g + 1) * rows].iter_mut().for_each(|row| row[s] = 0.0);
             } else if !column.started {
@@ -279,13 +283,11 @@ impl Bank {
             if !std::mem::take(&mut self.columns[c].broken) {
                 continue;
             }
-            if let Some(index) = self.columns[c].source {
-                for c in self.columns_of(index) {
-                    self.columns[c].broken = false;
-                    self.columns[c].restarts += 1;
-                }
-                // The loop exists, so there is nothing to refuse.
-                self.reset(index).unwrap_or_default();
+            // All columns of its loop, but where a register is not full.
+            for c in self.columns[c].source.map_or(c..c + 1, |index| self.columns_of(index)) {
+                self.columns[c].broken = false;
+                self.columns[c].restarts += 1;
+                self.clear(c);
             }
         }
     }
