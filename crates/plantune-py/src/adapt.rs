@@ -3,11 +3,12 @@
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use plantune_core::Error;
 use plantune_core::adapt::{
-    BankScheme, Decision, DelayRule, GateLimits, PosteriorSettings, Prefilter, Rule, Sample, Scheme, Tuner,
-    TunerSettings, WindowSettings,
+    BankScheme, Decision, DelayRule, GateLimits, PosteriorSettings, Prefilter, Rule, Sample, Scheme,
+    Simulated, Tuner, TunerSettings, WindowSettings,
 };
 use plantune_core::model::{Fopdt, Pid};
 use plantune_core::recursive::BankSettings;
+use plantune_core::sim::Table;
 use plantune_core::tune::{Answer, ImcTarget};
 use pyo3::prelude::*;
 
@@ -99,7 +100,18 @@ struct SettingsIn {
     u_limits: (f64, f64),
     points: Option<(Vec<Vec<f64>>, Vec<f64>)>,
     target: f64,
+    tables: Option<(TableIn, TableIn)>,
+    simulated_plant: Option<FopdtIn>,
+    simulated_offset: f64,
+    simulated_controller: bool,
+    u0: f64,
 }
+
+/// Axes and flat values of a `plantune.simulate.Table`.
+type TableIn = (Vec<Vec<f64>>, Vec<f64>);
+
+/// Axes, then flat values of the tables of Kp and of Ki.
+type TablesOut = (Vec<Vec<f64>>, Vec<f64>, Vec<f64>);
 
 /// `K, T, L` of a `plantune.models.ProcessModel` of first order.
 #[derive(FromPyObject)]
@@ -145,6 +157,17 @@ impl SettingsIn {
         Ok(TunerSettings {
             scheme,
             controller: self.controller.into(),
+            tables: match self.tables {
+                Some((Kp, Ki)) => Some((Table::new(Kp.0, Kp.1)?, Table::new(Ki.0, Ki.1)?)),
+                None => None,
+            },
+            simulated: Simulated {
+                plant: self
+                    .simulated_plant
+                    .map(|FopdtIn { K, T, L }| (Fopdt { K, T, L }, self.simulated_offset)),
+                controller: self.simulated_controller,
+                u0: self.u0,
+            },
             limits: (
                 Fopdt { K: self.K.0, T: self.T.0, L: self.L.0 },
                 Fopdt { K: self.K.1, T: self.T.1, L: self.L.1 },
@@ -192,6 +215,8 @@ fn gains(pid: Pid) -> Gains {
 #[derive(IntoPyObject)]
 struct DecisionOut {
     t: f64,
+    u: f64,
+    y: f64,
     accepted: bool,
     fitted: bool,
     model: Option<Plant>,
@@ -225,6 +250,8 @@ struct LogOut<'py> {
     time_to_target: Array<'py>,
     flags: Matrix<'py, bool>,
     reasons: Vec<(usize, Vec<NoteOut>)>,
+    u: Array<'py>,
+    y: Array<'py>,
 }
 
 /// The auto-tuner of one loop: one sample in, one decision out.
@@ -247,6 +274,12 @@ impl AutoTuner {
     fn step(&mut self, t: f64, r: f64, u: f64, y: f64, aux: Vec<f64>) -> DecisionOut {
         let decision = self.tuner.step(&Sample { t, r, u, y, aux: &aux });
         self.out(&decision)
+    }
+
+    /// Axes and flat values of the tables of Kp and Ki.
+    fn tables(&self) -> Option<TablesOut> {
+        let [Kp, Ki] = self.tuner.tables()?;
+        Some((Kp.axes().to_vec(), Kp.values().to_vec(), Ki.values().to_vec()))
     }
 
     /// The next sample does not follow the last one.
@@ -289,6 +322,8 @@ impl AutoTuner {
         let found = self.tuner.identified();
         DecisionOut {
             t: d.t,
+            u: d.u,
+            y: d.y,
             accepted: d.accepted,
             fitted: d.fitted,
             model: found.as_ref().map(|f| plant(f.model)),
@@ -324,11 +359,15 @@ struct Log {
     time_to_target: Vec<f64>,
     flags: Vec<bool>,
     reasons: Vec<(usize, Vec<NoteOut>)>,
+    u: Vec<f64>,
+    y: Vec<f64>,
 }
 
 impl Log {
     fn push(&mut self, row: usize, tuner: &AutoTuner, decision: &Decision) {
         let DecisionOut {
+            u,
+            y,
             accepted,
             fitted,
             model,
@@ -349,6 +388,8 @@ impl Log {
         } = tuner.out(decision);
         let three = |plant: Option<Plant>| plant.map_or([f64::NAN; 3], |(K, T, L)| [K, T, L]);
         let four = |(Kp, Ti, Td, Tf): Gains| [Kp, Ti, Td, Tf];
+        self.u.push(u);
+        self.y.push(y);
         self.model.extend(three(model));
         self.sd.extend(sd);
         self.offset.push(offset);
@@ -377,6 +418,8 @@ impl Log {
             time_to_target: array(py, self.time_to_target),
             flags: matrix(py, self.flags, 6)?,
             reasons: self.reasons,
+            u: array(py, self.u),
+            y: array(py, self.y),
         })
     }
 }

@@ -44,6 +44,8 @@ class Decision:
     ----------
     t : float
         Time of the sample, seconds.
+    u, y : float
+        Input from `t` on and output at `t`, read or simulated; NaN where neither.
     accepted : bool
         Whether an estimate was taken at this sample.
     fitted : bool
@@ -82,6 +84,8 @@ class Decision:
     """
 
     t: float
+    u: float
+    y: float
     accepted: bool
     fitted: bool
     model: ProcessModel | None

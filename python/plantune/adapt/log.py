@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.adapt.settings import Settings
-from plantune.notes import Note
+from plantune.notes import Note, notes_from_core
 from plantune.record import Floats, Record
 
 Flags = NDArray[np.bool_]
@@ -23,7 +23,7 @@ class AdaptLog:
     Attributes
     ----------
     t, r, u, y : array (N,)
-        The samples; seconds, and the units of the record.
+        The samples, read or simulated; seconds, and the units of the record.
     K, T, L, offset : array (N,)
         The last estimate, NaN before the first.
     sd : array (N, 4)
@@ -125,17 +125,15 @@ def log_of(
     d: Mapping[str, Any], signals: tuple[Floats, ...], settings: Settings, source: str
 ) -> AdaptLog:
     """Make a log of what the core sends."""
-    from plantune.notes import notes_from_core
-
-    t, r, u, y = signals
+    t, r = signals
     model, controller, target = d["model"], d["controller"], d["target"]
     names = ("accepted", "fitted", "retuned", "new_point", "alarm", "changed")
     flags = {name: d["flags"][:, i] for i, name in enumerate(names)}
     return AdaptLog(
         t=t,
         r=r,
-        u=u,
-        y=y,
+        u=d["u"],
+        y=d["y"],
         K=model[:, 0],
         T=model[:, 1],
         L=model[:, 2],

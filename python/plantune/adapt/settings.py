@@ -11,6 +11,7 @@ from typing import Literal
 from plantune.errors import refusal
 from plantune.models import PID, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits
+from plantune.simulate import Table
 
 Pair = tuple[float, float]
 
@@ -144,6 +145,15 @@ class Settings:
     break_points, margins : mapping
         Break points of each operating-point signal of the sample's `aux`, and how far it may be
         from them.
+    schedule : pair of Table, optional
+        `Kp` and `Ki` over the operating-point signals, in the order of `break_points`; they are
+        updated where the plant was.
+    simulated_plant : ProcessModel, optional
+        First-order plant that gives `y` where it is not read, with `simulated_offset`.
+    simulated_controller : bool
+        Whether the controller gives `u` where it is not read.
+    u0 : float
+        First input of what is simulated, at which the plant is at rest.
     target : float
         Relative standard deviation of K and T aimed at, for the time to target.
     limits : Limits
@@ -192,6 +202,11 @@ class Settings:
     u_limits: Pair = (-inf, inf)
     break_points: Mapping[str, Sequence[float]] | None = None
     margins: Mapping[str, float] | None = None
+    schedule: tuple[Table, Table] | None = None
+    simulated_plant: ProcessModel | None = None
+    simulated_offset: float = 0.0
+    simulated_controller: bool = False
+    u0: float = 0.0
     target: float = 0.01
     limits: Limits = DEFAULT_LIMITS
 
@@ -285,6 +300,14 @@ class Settings:
             return None
         at = [[float(x) for x in points] for points in self.break_points.values()]
         return at, [float(self.margins[name]) for name in self.break_points]
+
+    @property
+    def tables(self) -> tuple[tuple[list[list[float]], list[float]], ...] | None:
+        """Axes and values of the gain schedule."""
+        if self.schedule is None:
+            return None
+        flat = [([a.tolist() for a in t.axes], t.values.ravel().tolist()) for t in self.schedule]
+        return tuple(flat)
 
     @property
     def gate_gain_margin(self) -> float:

@@ -14,6 +14,7 @@ from plantune.adapt.decision import Decision, Sample
 from plantune.adapt.settings import Settings
 from plantune.models import PID, ProcessModel
 from plantune.notes import notes_from_core
+from plantune.simulate import Table
 
 
 class AutoTuner:
@@ -45,8 +46,8 @@ class AutoTuner:
     ...     sample = Sample(0.02 * k, rec.r[k, 0], rec.u[k, 0], rec.y[k, 0])
     ...     decision = tuner.step(sample)
     >>> print(decision.model)
-    K = -5.939, T = 0.1491 s, L = 0.1 s
-    >>> decision.target.Kp.round(4), decision.controller.Kp
+    G(s) = -5.939 e^(-0.1 s) / (0.1491 s + 1)
+    >>> round(decision.target.Kp, 4), decision.controller.Kp
     (-0.1315, -0.036)
     """
 
@@ -71,11 +72,24 @@ class AutoTuner:
         return decision(self._core.step(sample.t, r, u, y, aux), self.settings)
 
 
+    @property
+    def tables(self) -> tuple[Table, Table] | None:
+        """Tables of `Kp` and `Ki` as they are now; None without a gain schedule."""
+        if (found := self._core.tables()) is None:
+            return None
+        axes, Kp, Ki = found
+        shape = [len(axis) for axis in axes]
+        first, second = (Table(axes, np.reshape(values, shape)) for values in (Kp, Ki))
+        return first, second
+
+
 def decision(d: Mapping[str, Any], settings: Settings) -> Decision:
     """Make a Decision of what the core sends."""
     Ms, gain_margin, phase_deg = d["over"] or (nan, nan, nan)
     return Decision(
         t=d["t"],
+        u=d["u"],
+        y=d["y"],
         accepted=d["accepted"],
         fitted=d["fitted"],
         model=plant(d["model"]),

@@ -6,9 +6,9 @@ from plantune.edge.links import (
     FlaggedLink,
     Link,
     RecordedPlant,
-    Sample,
     SimulatedPlant,
 )
+from plantune.edge.run import run
 
 __all__ = [
     "Capabilities",
@@ -16,6 +16,6 @@ __all__ = [
     "Flags",
     "Link",
     "RecordedPlant",
-    "Sample",
     "SimulatedPlant",
+    "run",
 ]

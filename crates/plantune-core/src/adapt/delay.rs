@@ -193,7 +193,7 @@ pub struct PosteriorSettings {
 
 impl Default for PosteriorSettings {
     fn default() -> Self {
-        PosteriorSettings { mu: 0.98, rho: 1e-3, need: 0.9, dwell: 10 }
+        PosteriorSettings { mu: 0.99, rho: 1e-3, need: 0.9, dwell: 10 }
     }
 }
 

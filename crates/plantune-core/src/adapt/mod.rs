@@ -13,6 +13,7 @@ pub mod merge;
 pub mod operating_point;
 pub mod reason;
 pub mod retune;
+pub mod scheduled;
 pub mod tuner;
 pub mod window;
 
@@ -27,4 +28,5 @@ pub use merge::Merge;
 pub use operating_point::{Change, Node, OperatingPoint};
 pub use reason::{Cause, Parameter, Reason, Reasons};
 pub use retune::{Over, Rule, over, plants};
-pub use tuner::{Decision, Sample, Tuner, TunerSettings};
+pub use scheduled::Scheduled;
+pub use tuner::{Decision, Sample, Simulated, Tuner, TunerSettings};

@@ -8,14 +8,17 @@
 //! be written goes out in the [`Decision`], with the reasons for what is not done.
 
 use super::classify::{Class, Classifier};
+use super::fill::{Fill, Filled};
 use super::gate::{Evidence, GateLimits, Watch, gate, step_towards};
 use super::identify::{Identified, Identifier, Scheme};
 use super::merge::Merge;
 use super::operating_point::{Node, OperatingPoint};
 use super::reason::{Cause, Parameter, Reason, Reasons};
 use super::retune::{Over, Rule, over, plants};
+use super::scheduled::Scheduled;
 use crate::error::{Error, Result};
 use crate::model::{Fopdt, Pid};
+use crate::sim::{Actuator, LiveSettings, Table};
 
 /// What is read at one time; what is missing is NaN.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +42,10 @@ pub struct TunerSettings {
     pub scheme: Scheme,
     /// The controller at work in the beginning.
     pub controller: Pid,
+    /// Tables of its `Kp` and `Ki` over the operating-point signals.
+    pub tables: Option<(Table, Table)>,
+    /// What is simulated where it is not read.
+    pub simulated: Simulated,
     /// Least and largest parameters of an accepted plant.
     pub limits: (Fopdt, Fopdt),
     /// Largest standard deviations of an accepted estimate: of K and T relative to them, of L to `T + L`.
@@ -69,11 +76,26 @@ pub struct TunerSettings {
     pub target: f64,
 }
 
+/// What is simulated where it is not read: source 001, 3.7.2 and 3.7.6.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Simulated {
+    /// `y = G u + O`, instead of y.
+    pub plant: Option<(Fopdt, f64)>,
+    /// The controller, instead of u.
+    pub controller: bool,
+    /// First input, at which the plant is at rest.
+    pub u0: f64,
+}
+
 /// What the tuner makes of a sample.
 #[derive(Clone, Debug)]
 pub struct Decision {
     /// Time of the sample, s.
     pub t: f64,
+    /// Input from now on and output, read or simulated; NaN where neither.
+    pub u: f64,
+    /// Output.
+    pub y: f64,
     /// Whether an estimate was taken at this sample.
     pub accepted: bool,
     /// Whether there is a new estimate.
@@ -111,7 +133,8 @@ pub struct Tuner {
     merge: Merge,
     watch: Watch,
     points: Option<OperatingPoint>,
-    controller: Pid,
+    fill: Option<Fill>,
+    controller: Scheduled,
     /// Samples since the settings changed.
     held: Option<usize>,
     merged: Option<Fopdt>,
@@ -119,6 +142,20 @@ pub struct Tuner {
     /// Samples of data behind the estimate.
     samples: usize,
     lost: bool,
+}
+
+impl TunerSettings {
+    fn fill(&self, pid: &Pid) -> Result<Option<Fill>> {
+        let Simulated { plant, controller, u0 } = self.simulated;
+        if plant.is_none() && !controller {
+            return Ok(None);
+        }
+        let (low, high) = self.u;
+        let actuator = Actuator { low, high, ..Actuator::default() };
+        let longest = plant.map_or(0.0, |(model, _)| model.L);
+        let live = LiveSettings { longest, u0, actuator, ..LiveSettings::new(self.scheme.Ts()) };
+        Fill::new(plant, controller.then_some(*pid), live).map(Some)
+    }
 }
 
 impl Tuner {
@@ -138,7 +175,8 @@ impl Tuner {
             merge: Merge::new(settings.merge_rate, settings.nominal)?,
             watch: Watch::new(rows, settings.u.0, settings.u.1)?,
             points: points.map(|(at, margins)| OperatingPoint::new(at, margins)).transpose()?,
-            controller,
+            fill: settings.fill(&controller)?,
+            controller: Scheduled::new(&controller, settings.tables.clone())?,
             held: None,
             merged: None,
             target: None,
@@ -153,6 +191,11 @@ impl Tuner {
         self.identifier.identified()
     }
 
+    /// The tables of `Kp` and `Ki`, if there are any.
+    pub fn tables(&self) -> Option<[&Table; 2]> {
+        self.controller.tables()
+    }
+
     /// The next sample does not follow the last one.
     pub fn gap(&mut self) {
         self.lost = true;
@@ -160,11 +203,13 @@ impl Tuner {
 
     /// Takes a sample and decides.
     pub fn step(&mut self, sample: &Sample) -> Decision {
-        let mut decision = self.decision(sample.t);
+        self.controller.at(sample.aux);
+        let mut decision = self.decision(sample);
         self.held = self.held.map(|samples| samples + 1);
         self.find_point(sample, &mut decision);
-        let readable = sample.u.is_finite() && sample.y.is_finite();
-        self.watch.step(sample.u, sample.y);
+        let (u, y) = (decision.u, decision.y);
+        let readable = u.is_finite() && y.is_finite();
+        self.watch.step(u, y);
         let stuck = self.watch.still() > self.settings.gate.stuck;
         if !readable || stuck {
             self.lost = true;
@@ -172,20 +217,33 @@ impl Tuner {
             if std::mem::take(&mut self.lost) {
                 self.identifier.gap();
             }
-            self.identify(sample, &mut decision);
+            self.identify(&mut decision);
         }
         decision.time_to_target = self.time_to_target();
         decision
     }
 
-    fn decision(&self, t: f64) -> Decision {
+    /// Nothing decided yet.
+    fn decision(&mut self, sample: &Sample) -> Decision {
+        let Sample { t, r, u, y, .. } = *sample;
+        let read = Filled { r: Some(r), u, y };
+        let pid = self.controller.now();
+        let Filled { u, y, .. } = match &mut self.fill {
+            // A missing signal that is not simulated stays missing.
+            Some(fill) => {
+                fill.set_controller(&pid).and_then(|()| fill.step(Some(r), Some(u), Some(y))).unwrap_or(read)
+            }
+            None => read,
+        };
         Decision {
             t,
+            u,
+            y,
             accepted: false,
             fitted: false,
             merged: self.merged,
             target: self.target,
-            controller: self.controller,
+            controller: pid,
             retuned: false,
             node: None,
             new_point: false,
@@ -214,8 +272,8 @@ impl Tuner {
         (self.merged, self.target, self.samples) = (None, None, 0);
     }
 
-    fn identify(&mut self, sample: &Sample, decision: &mut Decision) {
-        let news = self.identifier.step(sample.u, sample.y);
+    fn identify(&mut self, decision: &mut Decision) {
+        let news = self.identifier.step(decision.u, decision.y);
         self.samples = (self.samples + 1).min(self.settings.scheme.rows());
         (decision.fitted, decision.alarm, decision.changed) = (news.fitted, news.alarm, news.changed);
         if news.alarm {
@@ -239,7 +297,7 @@ impl Tuner {
             return;
         }
         match self.classifier.step(&estimate.model) {
-            Class::Accepted(mean, sd) => match self.spread(&mean, &sd) {
+            Class::Accepted(mean, sd) => match self.unsettled(&mean, sd) {
                 None if self.settings.average => self.accept(&mean, &estimate, decision),
                 None => self.accept(&estimate.model, &estimate, decision),
                 Some(reason) => decision.reasons.push(reason),
@@ -257,21 +315,13 @@ impl Tuner {
         if self.identifier.is_judging() {
             return Some(Reason::new(Cause::Judging, 0.0, 0.0));
         }
-        let sd = estimate.sd();
-        let Fopdt { K, T, L } = estimate.model;
-        let relative = [sd[0] / K.abs(), sd[1] / T, sd[2] / (T + L)];
-        let parameters = [Parameter::K, Parameter::T, Parameter::L];
-        let limits = self.settings.sd;
-        let worst = (0..3).find(|&i| !(relative[i] <= limits[i]))?;
-        Some(Reason::new(Cause::Uncertain(parameters[worst]), relative[worst], limits[worst]))
+        let [K, T, L, _] = estimate.sd();
+        beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)
     }
 
-    fn spread(&self, mean: &Fopdt, sd: &[f64; 3]) -> Option<Reason> {
-        let relative = [sd[0] / mean.K.abs(), sd[1] / mean.T, sd[2] / (mean.T + mean.L)];
-        let parameters = [Parameter::K, Parameter::T, Parameter::L];
-        let limits = self.settings.spread;
-        let worst = (0..3).find(|&i| !(relative[i] <= limits[i]))?;
-        Some(Reason::new(Cause::Unsettled(parameters[worst]), relative[worst], limits[worst]))
+    /// Why the last estimates are too far apart.
+    fn unsettled(&self, mean: &Fopdt, sd: [f64; 3]) -> Option<Reason> {
+        beyond(mean, sd, self.settings.spread, Cause::Unsettled)
     }
 
     fn accept(&mut self, model: &Fopdt, estimate: &Identified, decision: &mut Decision) {
@@ -279,7 +329,7 @@ impl Tuner {
         let merged = self.merge.step(model);
         self.merged = Some(merged);
         decision.merged = self.merged;
-        let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller) {
+        let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller.now()) {
             Ok(target) => target,
             Err(_) => return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0)),
         };
@@ -290,50 +340,54 @@ impl Tuner {
 
     /// Towards the target, if it is worth it and the gate lets it through.
     fn retune(&mut self, merged: &Fopdt, estimate: &Identified, target: &Pid, decision: &mut Decision) {
-        let present = self.controller;
-        let moved = |now: f64, wanted: f64| (wanted / now - 1.0).abs();
-        let most = moved(present.Kp, target.Kp).max(moved(present.Ki, target.Ki));
-        if most < self.settings.worth {
+        let present = self.controller.now();
+        if !is_worth(&present, target, self.settings.worth) {
             return;
         }
-        let Ts = self.settings.scheme.Ts();
-        let since_change = self.held.map_or(f64::INFINITY, |samples| samples as f64 * Ts);
-        let mut evidence = Evidence {
-            since_change,
+        let limits = self.settings.gate;
+        let mut evidence = self.evidence();
+        // What costs nothing to know first.
+        decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
+        if decision.reasons.refuse() {
+            return;
+        }
+        let (step, _) = step_towards(&present, target, limits.max_change);
+        let Ok(over) = over(&plants(&estimate.modes), &present, &step) else {
+            return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0));
+        };
+        decision.over = Some(over);
+        // A part of the way out of a bad loop may still be outside the margins.
+        if over.worse >= 1.0 {
+            (evidence.gain_margin, evidence.phase_margin) = (over.gain_margin, over.phase_margin);
+            decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
+            if !(over.Ms <= self.settings.Ms) {
+                decision.reasons.push(Reason::new(Cause::Sensitivity, over.Ms, self.settings.Ms));
+            }
+        }
+        if decision.reasons.refuse() {
+            return;
+        }
+        match self.controller.set(&step) {
+            Ok(()) => {
+                self.held = Some(0);
+                (decision.controller, decision.retuned) = (step, true);
+            }
+            Err(_) => decision.reasons.push(Reason::new(Cause::NoOperatingPoint, 0.0, 0.0)),
+        }
+    }
+
+    /// What the gate has to know, but for the margins.
+    fn evidence(&self) -> Evidence {
+        let seconds = |samples: usize| samples as f64 * self.settings.scheme.Ts();
+        Evidence {
+            since_change: self.held.map_or(f64::INFINITY, seconds),
             gain_margin: f64::INFINITY,
             phase_margin: f64::INFINITY,
             saturated: self.watch.saturated(),
             travel: self.watch.travel(),
             largest_travel: self.watch.largest_travel(),
             still: self.watch.still(),
-        };
-        let gate_limits = self.settings.gate;
-        let first = gate(&present, target, merged, &evidence, &gate_limits);
-        if first.reasons.refuse() {
-            decision.reasons = first.reasons;
-            return;
         }
-        let (step, _) = step_towards(&present, target, gate_limits.max_change);
-        let Ok(over) = over(&plants(&estimate.modes), &present, &step) else {
-            return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0));
-        };
-        decision.over = Some(over);
-        // A part of the way out of a bad loop may still be outside the margins.
-        let better = over.worse < 1.0;
-        if !better {
-            (evidence.gain_margin, evidence.phase_margin) = (over.gain_margin, over.phase_margin);
-        }
-        let gated = gate(&present, target, merged, &evidence, &gate_limits);
-        decision.reasons = gated.reasons;
-        if !better && !(over.Ms <= self.settings.Ms) {
-            decision.reasons.push(Reason::new(Cause::Sensitivity, over.Ms, self.settings.Ms));
-        }
-        if decision.reasons.refuse() {
-            return;
-        }
-        self.controller = step;
-        self.held = Some(0);
-        (decision.controller, decision.retuned) = (step, true);
     }
 
     /// Information grows with the rows: `var(t) = var t_now / t`.
@@ -344,4 +398,24 @@ impl Tuner {
         let t = self.samples as f64 * self.settings.scheme.Ts();
         (t * ((worst / self.settings.target).powi(2) - 1.0)).max(0.0)
     }
+}
+
+/// The first of K, T, L whose standard deviation is beyond its limit: relative to K and T, and to `T + L`.
+fn beyond(
+    model: &Fopdt,
+    sd: [f64; 3],
+    limits: [f64; 3],
+    cause: impl Fn(Parameter) -> Cause,
+) -> Option<Reason> {
+    let Fopdt { K, T, L } = *model;
+    let relative = [sd[0] / K.abs(), sd[1] / T, sd[2] / (T + L)];
+    let worst = (0..3).find(|&i| !(relative[i] <= limits[i]))?;
+    let parameter = [Parameter::K, Parameter::T, Parameter::L][worst];
+    Some(Reason::new(cause(parameter), relative[worst], limits[worst]))
+}
+
+/// Whether a gain changes by enough to be written.
+fn is_worth(present: &Pid, target: &Pid, least: f64) -> bool {
+    let moved = |now: f64, wanted: f64| (wanted / now - 1.0).abs();
+    !(moved(present.Kp, target.Kp).max(moved(present.Ki, target.Ki)) < least)
 }

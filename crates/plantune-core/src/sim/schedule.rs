@@ -85,6 +85,11 @@ impl Table {
         })
     }
 
+    /// The points of each signal.
+    pub fn axes(&self) -> &[Vec<f64>] {
+        &self.axes
+    }
+
     /// Values at the nodes, row-major, the last axis runs fastest.
     pub fn values(&self) -> &[f64] {
         &self.values

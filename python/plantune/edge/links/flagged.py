@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from plantune.adapt import Sample
 from plantune.edge.flags import PARAMETERS, Flags
-from plantune.edge.links.link import Capabilities, Link, Sample, asked_for, unwritable
+from plantune.edge.links.link import Capabilities, Link, asked_for, unwritable
 from plantune.errors import refusal
 from plantune.models import PID
 

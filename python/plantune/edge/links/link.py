@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from plantune.adapt import Sample
 from plantune.errors import PlantuneError, refusal
 from plantune.models import PID
 
@@ -14,32 +14,6 @@ READABLE = frozenset({"r", "u", "y", "aux", "Kp", "Ti", "Td"})
 
 WRITABLE = frozenset({"r", "u", "Kp", "Ti", "Td"})
 """Names that a link may write."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sample:
-    """The signals of one sample; None where a signal is not read.
-
-    Parameters
-    ----------
-    t : float
-        Time, seconds.
-    r, u, y : float or None
-        Set point, input from `t` on, output at `t`.
-    aux : mapping of name to float
-        Further signals, for instance those of the operating point.
-
-    Examples
-    --------
-    >>> Sample(t=0.1, r=1.0, u=0.5, y=0.9).aux
-    {}
-    """
-
-    t: float
-    r: float | None = None
-    u: float | None = None
-    y: float | None = None
-    aux: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from plantune import _core
-from plantune.edge.links.link import Capabilities, Sample, asked_for, unwritable
+from plantune.adapt import Sample
+from plantune.edge.links.link import Capabilities, asked_for, unwritable
 from plantune.errors import refusal
 from plantune.models import PID
 from plantune.record import Floats

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from plantune.edge.links.link import Capabilities, Sample, asked_for, unwritable
+from plantune.adapt import Sample
+from plantune.edge.links.link import Capabilities, asked_for, unwritable
 from plantune.errors import refusal
 from plantune.models import PID
 from plantune.record import Record
