@@ -345,9 +345,10 @@ impl Tuner {
             return;
         }
         let limits = self.settings.gate;
-        let mut evidence = self.evidence();
+        let all = self.evidence();
         // What costs nothing to know first.
-        decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
+        let first = Evidence { saturated: 0.0, ..all };
+        decision.reasons = gate(&present, target, merged, &first, &limits).reasons;
         if decision.reasons.refuse() {
             return;
         }
@@ -356,9 +357,9 @@ impl Tuner {
             return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0));
         };
         decision.over = Some(over);
-        // A part of the way out of a bad loop may still be outside the margins.
+        // A part of the way out of a bad loop may still be outside the margins, and such a loop drives u to its limits.
         if over.worse >= 1.0 {
-            (evidence.gain_margin, evidence.phase_margin) = (over.gain_margin, over.phase_margin);
+            let evidence = Evidence { gain_margin: over.gain_margin, phase_margin: over.phase_margin, ..all };
             decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
             if !(over.Ms <= self.settings.Ms) {
                 decision.reasons.push(Reason::new(Cause::Sensitivity, over.Ms, self.settings.Ms));
