@@ -772,6 +772,9 @@ class AutoTuner:
     def step(self, t: float, r: float, u: float, y: float, aux: Sequence[float]) -> Fields:
         """Take a sample, NaN where a signal is missing; fields of `Decision`."""
 
+    def tables(self) -> tuple[list[list[float]], list[float], list[float]] | None:
+        """Axes, flat values of the tables of Kp and of Ki; None without a gain schedule."""
+
     def gap(self) -> None:
         """Say that the next sample does not follow the last one."""
 
