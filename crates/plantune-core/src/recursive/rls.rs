@@ -17,7 +17,7 @@
 //! rows, least squares itself. Source 000, (2.2-15) and its two starts; source 001, (3.7-7) to (3.7-11).
 
 use super::forgetting::{Forgetting, Scheme};
-use super::innovation::Innovation;
+use super::innovation::{FIRST, Innovation};
 use super::room::{Room, VECTORS, with_room};
 use super::ud::Ud;
 use crate::error::{Error, Result};
@@ -56,7 +56,7 @@ impl Rls {
         Ok(Rls {
             theta: vec![0.0; n],
             forgetting: Forgetting::new(scheme, n)?,
-            innovation: Innovation::new(None, false),
+            innovation: Innovation::new(None, false, FIRST),
             start: Some((vec![0.0; n], P0.clone())),
             P: P0,
             kept: 1.0,
@@ -83,7 +83,7 @@ impl Rls {
         if !(clip > 0.0) {
             return Err(Error::argument("clip", clip, "a positive number of standard deviations"));
         }
-        self.innovation = Innovation::new(Some(clip), false);
+        self.innovation = Innovation::new(Some(clip), false, FIRST);
         Ok(self)
     }
 
@@ -92,7 +92,7 @@ impl Rls {
         if !(most > 0.0) {
             return Err(Error::argument("P_max", most, "positive"));
         }
-        (0..self.n()).for_each(|j| self.P.bound(j, most));
+        self.P.bound(most);
         Ok(self)
     }
 
@@ -113,9 +113,7 @@ impl Rls {
             match solve(&triangle, &every, n, if last { RANK_TOLERANCE } else { SOUND }) {
                 Ok(solution) => {
                     self.theta = solution.theta;
-                    let most = self.P.most().to_vec();
-                    self.P = Ud::of_triangle(&triangle, n);
-                    (0..n).for_each(|j| self.P.bound(j, most[j].max(self.P.factors().1[j])));
+                    self.P = self.P.replaced(&triangle);
                     self.innovation.begin(solution.rss, (m - n) as f64);
                     self.forgetting.begin(m as f64);
                     self.travel = y[..m].iter().fold(0.0, |most, y| y.abs().max(most));
