@@ -20,6 +20,9 @@ use crate::error::{Error, Result};
 use crate::model::{Fopdt, Pid};
 use crate::sim::{Actuator, LiveSettings, Table};
 
+/// By how much Ms may exceed its limit: a rule that just keeps it meets other draws of the plant in the gate.
+const SLACK: f64 = 0.02;
+
 /// Least margin, as a factor and in degrees, that is asked for; below, none is.
 const NO_MARGIN: f64 = 1e-6;
 
@@ -332,6 +335,9 @@ impl Tuner {
         let merged = self.merge.step(model);
         self.merged = Some(merged);
         decision.merged = self.merged;
+        if self.settings.rule.is_dear() && self.target.is_some() && self.is_dwelling(&merged) {
+            return; // the gate would not let it through
+        }
         let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller.now()) {
             Ok(target) => target,
             Err(_) => return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0)),
@@ -369,7 +375,7 @@ impl Tuner {
             let evidence = Evidence { gain_margin, phase_margin, ..all };
             decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
             let Ms = margins.map_or(0.0, |over| over.Ms);
-            if Ms > self.settings.Ms {
+            if !(Ms <= (1.0 + SLACK) * self.settings.Ms) {
                 decision.reasons.push(Reason::new(Cause::Sensitivity, Ms, self.settings.Ms));
             }
         }
@@ -383,6 +389,11 @@ impl Tuner {
             }
             Err(_) => decision.reasons.push(Reason::new(Cause::NoOperatingPoint, 0.0, 0.0)),
         }
+    }
+
+    /// Whether the last change is too recent.
+    fn is_dwelling(&self, plant: &Fopdt) -> bool {
+        self.evidence().since_change < self.settings.gate.dwell * (plant.T + plant.L)
     }
 
     /// What a step does over the plants that are possible; None where no margin is asked for.
