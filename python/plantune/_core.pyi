@@ -362,7 +362,7 @@ class RLS:
         *,
         forgetting: Forgetting = "exponential",
         lam0: float | None = None,
-        rho: float = 0.99,
+        rho: float | None = None,
         R1: float | Sequence[float] | Floats | None = None,
         R2: float = 1.0,
         clip: float | None = None,
@@ -440,7 +440,7 @@ class Options(TypedDict, total=False):
     Ts: float | None
     forgetting: Forgetting
     lam0: float | None
-    rho: float
+    rho: float | None
     R1: float | Sequence[float] | Floats | None
     R2: float
     clip: float | None
