@@ -8,9 +8,14 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Bank;
 use super::kernel::{self, Fixed, Judge, Now, Row, W, at};
+use crate::linalg::sum;
 
 /// Groups of eight columns that go through a record together.
 const TOGETHER: usize = 4;
+
+/// Numbers of u, and of y, that are fetched at once before the groups pick theirs: what one group reads lies a row
+/// apart, further than the processor looks ahead.
+const FETCHED: usize = 32_768;
 
 /// `alpha` and the squared error stay below this, or the loop starts anew.
 const HUGE: f64 = 1e60;
@@ -38,25 +43,32 @@ impl WithSimd for Sweep<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Sweep { bank, u, y } = self;
-        let (groups, rows) = (bank.inputs.len(), bank.high + 1);
-        let samples = u.len() / bank.loops;
-        // Columns of one loop are broken together, so they go together.
-        let together = if samples > 1 && bank.copies == 1 { TOGETHER } else { groups };
-        let (start, backwards) = (bank.head, bank.backwards && samples == 1);
-        for first in (0..groups).step_by(together) {
-            let last = (first + together).min(groups);
-            bank.head = start;
-            for (u, y) in u.chunks_exact(bank.loops).zip(y.chunks_exact(bank.loops)) {
-                for i in first..last {
-                    sample(simd, bank, if backwards { last - 1 - i } else { i }, u, y);
+        let (groups, rows, loops) = (bank.inputs.len(), bank.high + 1, bank.loops);
+        // Columns of one loop may break together, so they go together.
+        let (alone, all) = (u.len() == loops, u.len() == loops || bank.copies > 1);
+        let together = if all { groups } else { TOGETHER };
+        let block = if all { u.len().max(loops) } else { (FETCHED / loops).max(16) * loops };
+        let backwards = bank.backwards && alone;
+        bank.backwards ^= alone;
+        for (u, y) in u.chunks(block).zip(y.chunks(block)) {
+            if together < groups {
+                std::hint::black_box((sum(u), sum(y)));
+            }
+            let start = bank.head;
+            for first in (0..groups).step_by(together) {
+                let last = (first + together).min(groups);
+                bank.head = start;
+                for (u, y) in u.chunks_exact(loops).zip(y.chunks_exact(loops)) {
+                    for i in first..last {
+                        sample(simd, bank, if backwards { last - 1 - i } else { i }, u, y);
+                    }
+                    if bank.broken {
+                        bank.restart();
+                    }
+                    bank.head = (bank.head + 1) % rows;
                 }
-                if bank.broken {
-                    bank.restart();
-                }
-                bank.head = (bank.head + 1) % rows;
             }
         }
-        bank.backwards ^= samples == 1;
     }
 }
 
