@@ -39,6 +39,8 @@ pub enum Cause {
     Unsettled(Parameter),
     /// No delay is probable enough.
     DelayUndecided,
+    /// The delay lies beyond the range that is searched.
+    DelayOutside,
     /// The standard deviation of a parameter is too large.
     Uncertain(Parameter),
     /// An alarm is being judged: another level or another plant.
@@ -72,7 +74,7 @@ impl Cause {
     pub fn code(self) -> &'static str {
         match self {
             Cause::WindowNotFull => "A01",
-            Cause::OutOfLimits(_) => "A02",
+            Cause::OutOfLimits(_) | Cause::DelayOutside => "A02",
             Cause::Unsettled(_) => "A03",
             Cause::DelayUndecided => "A04",
             Cause::Dwell => "A05",
@@ -129,6 +131,7 @@ impl Reason {
         match self.cause {
             Cause::WindowNotFull | Cause::Dwell | Cause::LargeChange(_) => "wait; nothing is wrong",
             Cause::OutOfLimits(_) => "check the limits, or the plant",
+            Cause::DelayOutside => "search more delays: nk",
             Cause::Judging => "wait; a few time constants decide it",
             Cause::NoSettings => "check the wished margins, or take another rule",
             Cause::Unsettled(_) | Cause::Uncertain(_) | Cause::DelayUndecided => {
@@ -154,6 +157,7 @@ impl fmt::Display for Reason {
             Cause::OutOfLimits(p) => write!(f, "{p} is {x}, beyond its limit {limit}"),
             Cause::Unsettled(p) => write!(f, "{p} moves by {x} within the window, limit {limit}"),
             Cause::DelayUndecided => write!(f, "the likeliest delay has a probability of {x}, needs {limit}"),
+            Cause::DelayOutside => write!(f, "the delay lies beyond its range, which ends at {x} s"),
             Cause::Uncertain(p) => write!(f, "{p} is known to a share of {x}, needs {limit}"),
             Cause::Judging => write!(f, "an alarm is judged: another level or another plant"),
             Cause::NoSettings => write!(f, "the rule has no settings for this plant"),

@@ -315,6 +315,9 @@ impl Tuner {
         if self.identifier.is_judging() {
             return Some(Reason::new(Cause::Judging, 0.0, 0.0));
         }
+        if estimate.outside {
+            return Some(Reason::new(Cause::DelayOutside, estimate.model.L, estimate.model.L));
+        }
         let [K, T, L, _] = estimate.sd();
         beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)
     }

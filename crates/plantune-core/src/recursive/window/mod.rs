@@ -35,6 +35,9 @@ const SPARE: usize = 2;
 /// Pivots below this share mean that the rows do not tell parameters apart.
 const RANK_TOLERANCE: f64 = 1e-9;
 
+/// Squared deviations of `b2`, let free at an end of the range, from which on the delay lies beyond it.
+const BEYOND: f64 = 9.0;
+
 /// Likelihood against that of the best, from which on a minimum counts.
 const UNLIKELY: f64 = 1e-6;
 
@@ -75,8 +78,10 @@ struct Begin {
 pub struct Estimate {
     /// The most probable plant.
     pub model: Fopdt,
-    /// Covariance of `K, T, L, O`; row-major.
+    /// Covariance of `K, T, L, O` over all plants that are possible; row-major.
     pub P: [f64; 16],
+    /// Whether the rows speak for a delay beyond the range.
+    pub outside: bool,
     /// `O` in `y = G u + O`, of the last stretch.
     pub offset: f64,
     /// Coefficient of the noise, `C = 1 + c q^-1`.
@@ -254,6 +259,8 @@ struct Scaled {
     /// What one unit of u and of y becomes.
     su: f64,
     sy: f64,
+    /// Whether a delay may have a fraction of a sample.
+    fraction: bool,
 }
 
 /// A minimum as a plant.
@@ -307,6 +314,7 @@ impl Scaled {
             y0,
             su,
             sy,
+            fraction: window.fraction,
         })
     }
 
@@ -340,26 +348,31 @@ impl Scaled {
     ) -> Option<Estimate> {
         let N = self.rows.N();
         let weight = |i: usize| weights.get(i).copied().unwrap_or(0.0);
-        let (mut modes, mut shown) = (Vec::new(), None);
+        let (mut plants, mut shown): (Vec<(Plant, f64)>, _) = (Vec::new(), None);
         for (i, at) in found.iter().enumerate() {
-            let is_minimum =
-                weight(i) >= weight(i.wrapping_sub(1)).max(weight(i + 1)) && weight(i) > UNLIKELY;
+            // Between whole samples a minimum has two flanks, which are not plants of their own.
+            let is_top = !self.fraction || weight(i) >= weight(i.wrapping_sub(1)).max(weight(i + 1));
+            let is_minimum = is_top && weight(i) > UNLIKELY;
             let Some(at) = at.as_ref().filter(|_| i == best || is_minimum) else { continue };
             let plant = self.plant(at, cells.start() + i);
             if i == best {
                 shown = plant.clone();
             }
-            modes.extend(plant.map(|plant| Mode { model: plant.model, P: plant.P, weight: weights[i] }));
+            plants.extend(plant.map(|plant| (plant, weights[i])));
         }
-        let sum: f64 = modes.iter().map(|mode| mode.weight).sum();
-        modes.iter_mut().for_each(|mode| mode.weight /= sum);
+        let sum: f64 = plants.iter().map(|(_, weight)| weight).sum();
+        plants.iter_mut().for_each(|(_, weight)| *weight /= sum);
         let (shown, fit) = (shown?, found[best].as_ref()?);
+        let mode = |(plant, weight): &(Plant, f64)| Mode { model: plant.model, P: plant.P, weight: *weight };
+        let modes: Vec<Mode> = plants.iter().map(mode).collect();
         let parameters = fit.parameters();
         let s2 = fit.cost / (N - parameters) as f64 / (self.sy * self.sy);
+        let outside = self.is_outside(fit, best, &cells);
         let delays = cells.map(|m| delay_share(&modes, m as f64, self.Ts)).collect();
         Some(Estimate {
             model: shown.model,
-            P: shown.P,
+            P: about(&shown, &plants),
+            outside,
             offset: shown.offset,
             c: fit.theta[3],
             s2,
@@ -371,14 +384,38 @@ impl Scaled {
         })
     }
 
+    /// Whether `b2`, let free at an end of the range, would be of the sign that a delay beyond it has.
+    fn is_outside(&self, found: &Found, i: usize, cells: &RangeInclusive<usize>) -> bool {
+        let (first, m) = (*cells.start(), cells.start() + i);
+        let (shorter, longer) = (m == first && first > 0, m == *cells.end());
+        let tested = (shorter || longer) && !found.free.b2;
+        let Some(triangle) = tested.then(|| linearised(&self.rows, m, &found.theta, found.free.c)).flatten()
+        else {
+            return false;
+        };
+        let n = triangle.n() - 1;
+        let Ok(solution) = solve(&triangle, &(0..n).collect::<Vec<_>>(), n, RANK_TOLERANCE) else {
+            return false;
+        };
+        let s2 = (found.cost / (self.rows.N() - found.parameters()) as f64).max(EXACT);
+        let (b1, b2) = (found.theta[1], solution.theta[2]);
+        let surely = b2 * b2 > BEYOND * s2 * solution.inverse_gram[2 * n + 2];
+        surely && if b2 * b1 > 0.0 { longer } else { shorter }
+    }
+
     /// The plant of a minimum, the covariance of `K, T, L, O`, and `O`; None where the rows leave it open.
     fn plant(&self, found: &Found, m: usize) -> Option<Plant> {
         let theta = &found.theta;
         let (a, b1, b2) = (theta[0], theta[1], theta[2]);
         let triangle = linearised(&self.rows, m, theta, found.free.c)?;
         let n = triangle.n() - 1;
-        let columns: Vec<usize> = (0..n).collect();
+        // A delay of whole samples is known: b2 is 0, and L has no variance.
+        let columns: Vec<usize> = (0..n).filter(|&j| self.fraction || j != 2).collect();
         let solution = solve(&triangle, &columns, n, RANK_TOLERANCE).ok()?;
+        let inverse = |i: usize, j: usize| {
+            let at = |column: usize| columns.iter().position(|&j| j == column);
+            at(i).zip(at(j)).map_or(0.0, |(i, j)| solution.inverse_gram[i * columns.len() + j])
+        };
         let s2 = found.cost / (self.rows.N() - found.parameters()) as f64;
         let K = (b1 + b2) / (1.0 - a);
         let T = -self.Ts / a.ln();
@@ -395,10 +432,11 @@ impl Scaled {
         let L_a = T_a * (1.0 - share).ln() + per_share * share_a;
         let gain = self.su / self.sy;
         let (O_a, O_d) = (d / (1.0 - a).powi(2), 1.0 / (1.0 - a));
+        let of_L = [L_a, per_share * share_b1, per_share * share_b2, 0.0];
         let map = [
             [K_a * gain, K_b * gain, K_b * gain, 0.0],
             [T_a, 0.0, 0.0, 0.0],
-            [L_a, per_share * share_b1, per_share * share_b2, 0.0],
+            if self.fraction { of_L } else { [0.0; 4] },
             [
                 O_a / self.sy - gain * self.u0 * K_a,
                 -gain * self.u0 * K_b,
@@ -412,7 +450,7 @@ impl Scaled {
             let (left, right) = (&map[ij / 4], &map[ij % 4]);
             for (i, l) in own.iter().zip(left) {
                 for (j, r) in own.iter().zip(right) {
-                    *p += s2 * l * r * solution.inverse_gram[i * n + j];
+                    *p += s2 * l * r * inverse(*i, *j);
                 }
             }
         }
@@ -420,13 +458,27 @@ impl Scaled {
         let offset = self.y0 - model.K * self.u0 + d / (1.0 - a) / self.sy;
         let mut own_P = [0.0; 16];
         for (ij, p) in own_P.iter_mut().enumerate() {
-            *p = solution.inverse_gram[own[ij / 4] * n + own[ij % 4]];
+            *p = inverse(own[ij / 4], own[ij % 4]);
         }
         let predictor =
             Predictor::new([a, b1, b2, theta[3], d], own_P, s2, m, [self.u0, self.su, self.y0, self.sy]);
         let finite = P.iter().chain([&model.K, &T, &f, &offset]).all(|x| x.is_finite());
         finite.then_some(Plant { model, P, offset, predictor })
     }
+}
+
+/// Covariance of `K, T, L, O` about the plant shown, over all that are possible.
+fn about(shown: &Plant, plants: &[(Plant, f64)]) -> [f64; 16] {
+    let vector = |p: &Plant| [p.model.K, p.model.T, p.model.L, p.offset];
+    let mut P = [0.0; 16];
+    for (plant, weight) in plants {
+        let (x, x0) = (vector(plant), vector(shown));
+        for (ij, p) in P.iter_mut().enumerate() {
+            let (i, j) = (ij / 4, ij % 4);
+            *p += weight * (plant.P[ij] + (x[i] - x0[i]) * (x[j] - x0[j]));
+        }
+    }
+    P
 }
 
 /// Probability that `L` rounds to `m` samples.
