@@ -20,6 +20,12 @@ use crate::error::{Error, Result};
 use crate::model::{Fopdt, Pid};
 use crate::sim::{Actuator, LiveSettings, Table};
 
+/// By how much Ms may exceed its limit: a rule that just keeps it meets other draws of the plant in the gate.
+const SLACK: f64 = 0.02;
+
+/// Least margin, as a factor and in degrees, that is asked for; below, none is.
+const NO_MARGIN: f64 = 1e-6;
+
 /// What is read at one time; what is missing is NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'s> {
@@ -332,6 +338,9 @@ impl Tuner {
         let merged = self.merge.step(model);
         self.merged = Some(merged);
         decision.merged = self.merged;
+        if self.settings.rule.is_dear() && self.target.is_some() && self.is_dwelling(&merged) {
+            return; // the gate would not let it through
+        }
         let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller.now()) {
             Ok(target) => target,
             Err(_) => return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0)),
@@ -356,16 +365,21 @@ impl Tuner {
             return;
         }
         let (step, _) = step_towards(&present, target, limits.max_change);
-        let Ok(over) = over(&plants(&estimate.modes), &present, &step) else {
-            return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0));
+        let margins = match self.over(estimate, &present, &step) {
+            Ok(over) => over,
+            Err(_) => return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0)),
         };
-        decision.over = Some(over);
-        // A part of the way out of a bad loop may still be outside the margins, and such a loop drives u to its limits.
-        if over.worse >= 1.0 {
-            let evidence = Evidence { gain_margin: over.gain_margin, phase_margin: over.phase_margin, ..all };
+        decision.over = margins;
+        // A part of the way out of a bad loop may still be outside the margins, and such a loop drives u to its
+        // limits: both are no reason to stay in it.
+        if !margins.is_some_and(|over| over.worse < 1.0) {
+            let (gain_margin, phase_margin) =
+                margins.map_or((f64::INFINITY, f64::INFINITY), |over| (over.gain_margin, over.phase_margin));
+            let evidence = Evidence { gain_margin, phase_margin, ..all };
             decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
-            if !(over.Ms <= self.settings.Ms) {
-                decision.reasons.push(Reason::new(Cause::Sensitivity, over.Ms, self.settings.Ms));
+            let Ms = margins.map_or(0.0, |over| over.Ms);
+            if !(Ms <= (1.0 + SLACK) * self.settings.Ms) {
+                decision.reasons.push(Reason::new(Cause::Sensitivity, Ms, self.settings.Ms));
             }
         }
         if decision.reasons.refuse() {
@@ -378,6 +392,20 @@ impl Tuner {
             }
             Err(_) => decision.reasons.push(Reason::new(Cause::NoOperatingPoint, 0.0, 0.0)),
         }
+    }
+
+    /// Whether the last change is too recent.
+    fn is_dwelling(&self, plant: &Fopdt) -> bool {
+        self.evidence().since_change < self.settings.gate.dwell * (plant.T + plant.L)
+    }
+
+    /// What a step does over the plants that are possible; None where no margin is asked for.
+    fn over(&self, estimate: &Identified, present: &Pid, step: &Pid) -> Result<Option<Over>> {
+        let gate = &self.settings.gate;
+        if self.settings.Ms.is_infinite() && gate.gain_margin.max(gate.phase_margin) <= NO_MARGIN {
+            return Ok(None);
+        }
+        over(&plants(&estimate.modes), present, step).map(Some)
     }
 
     /// What the gate has to know, but for the margins.
