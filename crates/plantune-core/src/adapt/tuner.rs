@@ -422,11 +422,14 @@ impl Tuner {
         }
     }
 
-    /// Information grows with the rows: `var(t) = var t_now / t`.
+    /// Information grows with the rows, `var(t) = var t_now / t`, until the window is full.
     fn time_to_target(&self) -> f64 {
         let Some(estimate) = self.identifier.identified() else { return f64::INFINITY };
         let sd = estimate.sd();
         let worst = (sd[0] / estimate.model.K.abs()).max(sd[1] / estimate.model.T);
+        if self.samples == self.settings.scheme.rows() && worst > self.settings.target {
+            return f64::INFINITY;
+        }
         let t = self.samples as f64 * self.settings.scheme.Ts();
         (t * ((worst / self.settings.target).powi(2) - 1.0)).max(0.0)
     }
