@@ -97,8 +97,8 @@ impl WindowIdentifier {
 
     /// The last estimate.
     pub fn identified(&self) -> Option<Identified> {
-        let Estimate { model, P, offset, modes, delays, .. } = self.estimate.clone()?;
-        Some(Identified { model, P, offset, modes, delays })
+        let Estimate { model, P, offset, outside, modes, delays, .. } = self.estimate.clone()?;
+        Some(Identified { model, P, offset, outside, modes, delays })
     }
 
     /// Whether an alarm waits for its judgement.

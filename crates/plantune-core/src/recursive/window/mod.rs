@@ -66,8 +66,10 @@ struct Begin {
 pub struct Estimate {
     /// The most probable plant.
     pub model: Fopdt,
-    /// Covariance of `K, T, L, O`; row-major.
+    /// Covariance of `K, T, L, O` over all plants that are possible; row-major.
     pub P: [f64; 16],
+    /// Whether the rows speak for a delay beyond the range.
+    pub outside: bool,
     /// `O` in `y = G u + O`, of the last stretch.
     pub offset: f64,
     /// Coefficient of the noise, `C = 1 + c q^-1`.
