@@ -12,7 +12,7 @@
 //! outlier takes the sum to 5.25 and raises no alarm; a step that stays does so at its second sample.
 //! METHODS 1.4; the cumulative sum: Page 1954; its use here: Gustafsson 2000, chapter 3.
 
-use super::cusum::{CLIP, Cusum};
+use super::cusum::Cusum;
 
 /// Innovations judged before any is cut or summed, unless told otherwise: their scale is then known to a tenth.
 pub const FIRST: f64 = 50.0;
@@ -109,6 +109,7 @@ impl Innovation {
 
 #[cfg(test)]
 mod tests {
+    use super::super::CLIP;
     use super::*;
     use crate::linalg::white;
 
