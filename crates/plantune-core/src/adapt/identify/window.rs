@@ -200,7 +200,9 @@ impl WindowIdentifier {
             return;
         }
         let mut predictor = estimate.predictor.clone();
-        let (u, y) = self.window.last(MEMORY.max(predictor.history() + 1));
+        // At another level its errors are none of the model's, and its memory would call them an alarm.
+        let level = self.window.level_len().saturating_sub(1) + predictor.history();
+        let (u, y) = self.window.last(MEMORY.max(predictor.history() + 1).min(level));
         predictor.warm(u, y);
         self.predictor = Some(predictor);
     }
