@@ -2,8 +2,8 @@
 
 Every fourth loop is the engine, whose level jumps with the gain; the others are random plants
 whose gain changes about the operating point, so that u can still hold the set point.  Asked is
-IMC-PI with a phase margin of 60 degrees: its Ms stays below 1.8 for delays of 2 samples too,
-which a gain margin of 3 exceeds by up to 0.2 in a sampled loop.
+IMC-PI with a phase margin of 65 degrees: its Ms is 1.74 at most in these sampled loops, before and after;
+a gain margin of 3 would give up to 2.0 at delays of 2 samples.
 """
 
 from dataclasses import replace
@@ -42,7 +42,7 @@ def true_Ms(run, first):
 @pytest.mark.parametrize("count", COUNTS)
 def test_a_change_of_the_plant_is_followed(count):
     for seed in range(count):
-        run = live(changing(seed), asked(changing(seed), phase_margin=60.0))
+        run = live(changing(seed), asked(changing(seed), phase_margin=65.0))
         Ms = true_Ms(run, round(AT / 0.02))
         assert lasting(Ms <= ASKED) < len(Ms), seed  # within 20 s; median 3 s
         for _, before, after in run.retunings:
@@ -60,5 +60,5 @@ def test_a_frozen_input_and_a_stuck_sensor_retune_nothing(count, event):
     """Not after the last samples before the event have been fitted once more."""
     for seed in range(count):
         scenario = sick(seed, event)
-        run = live(scenario, asked(scenario, phase_margin=60.0))
+        run = live(scenario, asked(scenario, phase_margin=65.0))
         assert not np.any(run.t[run.rows("retuned")] > AT + 0.2), seed
