@@ -224,9 +224,14 @@ impl Tuner {
         let (u, y) = (decision.u, decision.y);
         let readable = u.is_finite() && y.is_finite();
         self.watch.step(u, y);
-        let stuck = self.watch.still() > self.settings.gate.stuck;
-        if !readable || stuck {
+        let (still, most) = (self.watch.still(), self.settings.gate.stuck);
+        if !readable || still > most {
             self.lost = true;
+            decision.reasons.push(if readable {
+                Reason::new(Cause::Stuck, still as f64, most as f64)
+            } else {
+                Reason::of(Cause::NotRead)
+            });
         } else {
             if std::mem::take(&mut self.lost) {
                 self.identifier.gap();
@@ -330,7 +335,7 @@ impl Tuner {
     /// Why the estimate is not sure enough.
     fn uncertain(&self, estimate: &Identified) -> Option<Reason> {
         if self.identifier.is_judging() {
-            return Some(Reason::new(Cause::Judging, 0.0, 0.0));
+            return Some(Reason::of(Cause::Judging));
         }
         if estimate.outside {
             return Some(Reason::new(Cause::DelayOutside, estimate.model.L, estimate.model.L));
@@ -354,7 +359,7 @@ impl Tuner {
         }
         let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller.now()) {
             Ok(target) => target,
-            Err(_) => return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0)),
+            Err(_) => return decision.reasons.push(Reason::of(Cause::NoSettings)),
         };
         self.target = Some(target);
         decision.target = self.target;
@@ -378,7 +383,7 @@ impl Tuner {
         let (step, _) = step_towards(&present, target, limits.max_change);
         let margins = match self.over(estimate, &present, &step) {
             Ok(over) => over,
-            Err(_) => return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0)),
+            Err(_) => return decision.reasons.push(Reason::of(Cause::NoSettings)),
         };
         decision.over = margins;
         // A part of the way out of a bad loop may still be outside the margins, and such a loop drives u to its
@@ -401,7 +406,7 @@ impl Tuner {
                 self.held = Some(0);
                 (decision.controller, decision.retuned) = (step, true);
             }
-            Err(_) => decision.reasons.push(Reason::new(Cause::NoOperatingPoint, 0.0, 0.0)),
+            Err(_) => decision.reasons.push(Reason::of(Cause::NoOperatingPoint)),
         }
     }
 

@@ -591,7 +591,9 @@ impl Rpem {
         let mut whole = [self.age, self.wait, self.closed, self.seen.len()].map(|n| n as f64);
         whole.iter_mut().for_each(&mut *visit);
         [self.age, self.wait, self.closed] = [whole[0], whole[1], whole[2]].map(|x| x as usize);
-        self.seen.resize((whole[3] as usize).min(self.seen.capacity()), [0.0; 2]);
+        let full = LOOK * self.theta.len();
+        self.seen.reserve_exact(full.saturating_sub(self.seen.len()));
+        self.seen.resize((whole[3] as usize).min(full), [0.0; 2]);
         self.seen.iter_mut().flatten().for_each(&mut *visit);
         let mut flags = [self.begun, self.learnt, self.looking].map(|yes| f64::from(u8::from(yes)));
         flags.iter_mut().for_each(&mut *visit);

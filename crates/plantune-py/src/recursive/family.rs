@@ -299,8 +299,8 @@ fn trace_out<'py>(py: Python<'py>, trace: Trace, n: usize) -> PyResult<TraceOut<
 /// >>> trace = arx.run(pt.datasets.engine_loop())
 /// >>> print(arx.model)
 /// A(q) y(t) = B(q) u(t - 6) + e(t)
-/// A(q) = 1 - 0.874478 q^-1
-/// B(q) = -0.745475
+/// A(q) = 1 - 0.874469 q^-1
+/// B(q) = -0.745527
 /// Ts = 0.02 s
 /// >>> round(arx.offset, 3), arx.alarms
 /// (583.451, 0)

@@ -200,7 +200,7 @@ impl Options {
         let n = structure.n();
         let Options { forgetting, lam, lam0, rho, R1, R2, .. } = self.clone();
         let growing = match structure {
-            Structure { nc: 0, nd: 0, nf: 0, .. } => (1.0, 0.0),
+            Structure { nc: 0, nd: 0, nf: 0, .. } => (1.0, 0.99),
             Structure { nf: 0, .. } => (0.95, 0.99),
             _ => (0.9, 0.995),
         };
