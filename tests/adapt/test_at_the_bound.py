@@ -18,7 +18,7 @@ from plantune.models import PID
 FIRST = PID(Kp=-0.018, Ti=0.018 / 0.3385, Ts=0.02)
 ENGINE = bound.Engine()
 TIMES, WAIT = (2.0, 5.0, 10.0), 50
-COUNTS = [12, pytest.param(200, marks=pytest.mark.slow)]
+COUNTS = [10, pytest.param(200, marks=pytest.mark.slow)]
 
 
 @cache
@@ -62,7 +62,7 @@ def test_standard_deviations_are_those_of_the_errors(runs, fraction):
     assert np.mean(inside) > (0.91 if runs >= 200 else 0.85)
 
 
-@pytest.mark.parametrize("runs", [20, pytest.param(200, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("runs", COUNTS)
 def test_the_time_to_target_is_right_within_a_factor(runs):
     """Predicted when the worse of K and T is twice as unsure as aimed at: three quarters to go.
 

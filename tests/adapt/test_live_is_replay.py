@@ -52,7 +52,7 @@ def same(a, b):
 
 
 @pytest.mark.parametrize(
-    ("rows", "every"), [(6000, 600), pytest.param(180_000, 1500, marks=pytest.mark.slow)]
+    ("rows", "every"), [(4500, 500), pytest.param(180_000, 1500, marks=pytest.mark.slow)]
 )
 @pytest.mark.parametrize("bank", [None, pt.adapt.BankSettings()])
 def test_step_by_step_equals_the_record(rows, every, bank):

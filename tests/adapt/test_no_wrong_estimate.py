@@ -17,7 +17,7 @@ from oracles import scenarios
 from plantune.adapt import AutoTuner, Sample
 
 KINDS = ["white", "equation", "coloured", "drift", "weak", "rare", "level", "coarse"]
-COUNTS = [range(16), pytest.param(range(500), marks=pytest.mark.slow)]
+COUNTS = [range(8), pytest.param(range(500), marks=pytest.mark.slow)]
 
 
 class Disturbed(scenarios.Loop):
