@@ -5,9 +5,12 @@ the first move of the set point.  The document needs 19.5 s.
 """
 
 import numpy as np
+import pytest
+from pytest import approx
 
-from adapt.loops import lasting
+from adapt.loops import lasting, live, replayed
 from oracles import scenarios
+from plantune.adapt import Settings
 from plantune.models import PID
 
 FIRST = PID(Kp=-0.018, Ti=0.018 / 0.3385, Ts=0.02)

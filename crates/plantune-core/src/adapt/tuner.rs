@@ -280,6 +280,7 @@ impl Tuner {
         (decision.node, decision.new_point) = (change.node, change.new);
         if change.new {
             self.forget();
+            (decision.merged, decision.target) = (None, None);
         }
     }
 

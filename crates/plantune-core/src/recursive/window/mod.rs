@@ -146,6 +146,11 @@ impl Window {
         self.y.is_empty()
     }
 
+    /// Rows since the level began, or the signals.
+    pub fn level_len(&self) -> usize {
+        self.y.len() - self.starts.last().map_or(0, |start| start.row)
+    }
+
     /// The last rows, at most `count`, oldest first.
     pub fn last(&self, count: usize) -> (&[f64], &[f64]) {
         let from = self.y.len().saturating_sub(count);
