@@ -53,10 +53,10 @@ def right(theta, low=LOW):
 
 
 def tick(loops, **options):
-    u, y = records(200, loops)
+    u, y = records(20, loops)
     bank = pt.recursive.Bank(loops, (LOW, HIGH), **options)
     bank.run(u, y)
-    rows = list(zip(u, y, strict=True)) * 1000
+    rows = list(zip(u, y, strict=True)) * 10_000
     return lambda: bank.step(*rows.pop())
 
 
@@ -180,9 +180,9 @@ def numba(N, loops, low=LOW, delays=DELAYS):
 
 
 def numba_tick(loops):
-    (u, y), (fresh, _, _, tick) = records(200, loops), compiled()
+    (u, y), (fresh, _, _, tick) = records(20, loops), compiled()
     s, u, y = fresh(loops, DELAYS), u - u[0], y - y[0]
-    samples = [(y[t - 1], np.array(u[t - HIGH : t][::-1]), y[t]) for t in range(HIGH, 200)] * 1000
+    samples = [(y[t - 1], np.array(u[t - HIGH : t][::-1]), y[t]) for t in range(HIGH, 20)] * 10_000
     return lambda: tick(s, *samples.pop())
 
 
@@ -264,9 +264,9 @@ def numpy_lanes(N, loops):
 
 
 def numpy_tick(loops):
-    u, y = (x - x[0] for x in records(200, loops))
-    lanes, samples = Lanes(loops), [(y[t - 1], delayed(u, t), y[t]) for t in range(HIGH, 200)] * 9
-    return lambda: lanes.step(*samples.pop())
+    u, y = (x - x[0] for x in records(20, loops))
+    lanes, samples = Lanes(loops), [(y[t - 1], delayed(u, t), y[t]) for t in range(HIGH, 20)]
+    return lambda: lanes.step(*samples[0])
 
 
 # padasip -------------------------------------------------------------------------------------
@@ -288,7 +288,7 @@ def padasip_steps(N):
 
 # The tables ----------------------------------------------------------------------------------
 
-N, FLEET, LIVE = 20_000, (100, 1000), 10_000
+N, FLEET, LIVE = 20_000, (500, 1000), 10_000
 ONE = dict(low=TRUE_NK, delays=1)
 THERE = hasattr(pt.recursive, "ARMAX")
 

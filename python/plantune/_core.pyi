@@ -362,7 +362,7 @@ class RLS:
         *,
         forgetting: Forgetting = "exponential",
         lam0: float | None = None,
-        rho: float = 0.99,
+        rho: float | None = None,
         R1: float | Sequence[float] | Floats | None = None,
         R2: float = 1.0,
         clip: float | None = None,
@@ -440,7 +440,7 @@ class Options(TypedDict, total=False):
     Ts: float | None
     forgetting: Forgetting
     lam0: float | None
-    rho: float
+    rho: float | None
     R1: float | Sequence[float] | Floats | None
     R2: float
     clip: float | None
@@ -771,6 +771,9 @@ class AutoTuner:
     def __init__(self, settings: Settings) -> None: ...
     def step(self, t: float, r: float, u: float, y: float, aux: Sequence[float]) -> Fields:
         """Take a sample, NaN where a signal is missing; fields of `Decision`."""
+
+    def tables(self) -> tuple[list[list[float]], list[float], list[float]] | None:
+        """Axes, flat values of the tables of Kp and of Ki; None without a gain schedule."""
 
     def gap(self) -> None:
         """Say that the next sample does not follow the last one."""

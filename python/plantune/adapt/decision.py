@@ -81,6 +81,15 @@ class Decision:
         settings judged at this sample; NaN where none were.
     reasons : tuple of Note
         Why the estimate was not taken, or the settings not changed, or not all the way.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> pid = pt.models.PID(Kp=0.2, Ti=1.0)
+    >>> tuner = pt.adapt.AutoTuner(pt.adapt.Settings(Ts=0.1, nk=(1, 5), controller=pid))
+    >>> decision = tuner.step(Sample(0.0, r=1.0, u=0.5, y=0.0))
+    >>> decision.model is None, decision.controller.Kp
+    (True, 0.2)
     """
 
     t: float

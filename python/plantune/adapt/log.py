@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from plantune.adapt.settings import Settings
 from plantune.notes import Note, notes_from_core
 from plantune.record import Floats, Record
+from plantune.text import counted
 
 Flags = NDArray[np.bool_]
 
@@ -50,6 +51,16 @@ class AdaptLog:
         What the tuner was asked for.
     source : str
         Fingerprint of the record; empty where there is none.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> pid = pt.models.PID(Kp=-0.018, Ti=0.0532)
+    >>> settings = pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pid)
+    >>> print(pt.adapt.replay(pt.datasets.engine_loop(noise_var=1.5, seed=3), settings))
+    AdaptLog: 3000 samples, 290 estimates accepted, first at 2.18 s; 4 retunings, no alarm
+      K = -5.9403 (0.011), T = 0.14873 (0.0015) s, L = 0.1 (0.0012) s
+      Kp = -0.13232, Ki = -0.88537
     """
 
     t: Floats
@@ -80,7 +91,7 @@ class AdaptLog:
     source: str
 
     def to_record(self) -> Record:
-        """Return the log as a record: u, y and r, and every column of decisions as a further signal.
+        """Return the log as a record, with the decisions as further signals.
 
         Examples
         --------
@@ -108,7 +119,7 @@ class AdaptLog:
         first = f"first at {self.t[accepted[0]]:.4g} s" if len(accepted) else "none"
         lines = [
             f"AdaptLog: {len(self.t)} samples, {len(accepted)} estimates accepted, {first}; "
-            f"{len(retuned)} retunings, {int(self.alarm.sum())} alarms",
+            f"{counted(len(retuned), 'retuning')}, {counted(int(self.alarm.sum()), 'alarm')}",
         ]
         if len(accepted):
             k = accepted[-1]

@@ -42,10 +42,10 @@ def replay(rec: Record, settings: Settings) -> AdaptLog:
     >>> bool(abs(log.K[-1] / pt.datasets.ENGINE_LOOP.K - 1) < 0.02)
     True
     """
-    if rec.u.shape[1] != 1 or rec.y.shape[1] != 1:
+    if rec.nu != 1 or rec.ny != 1:
         raise refusal(
             "U01",
-            f"`rec` has {rec.u.shape[1]} inputs and {rec.y.shape[1]} outputs, must have one of each",
+            f"`rec` has {rec.nu} inputs and {rec.ny} outputs, must have one of each",
             remedy="take the columns of one loop",
         )
     if abs(rec.Ts - settings.Ts) > 1e-9 * settings.Ts:

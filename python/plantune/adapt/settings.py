@@ -193,7 +193,7 @@ class Settings:
     average: bool = False
     merge_rate: float = 1.0
     nominal: ProcessModel | None = None
-    worth: float = 0.03
+    worth: float = 0.05
     max_change: float = 2.0
     dwell: float = 5.0
     saturation: float = 0.05
@@ -211,7 +211,9 @@ class Settings:
     limits: Limits = DEFAULT_LIMITS
 
     def __post_init__(self) -> None:
-        given = [n for n in ("gain_margin", "phase_margin", "tau_c") if getattr(self, n) is not None]
+        given = [
+            n for n in ("gain_margin", "phase_margin", "tau_c") if getattr(self, n) is not None
+        ]
         if len(given) > 1:
             raise refusal("U01", f"{' and '.join(given)} are given", remedy="give one of them")
         if self.break_points and set(self.break_points) != set(self.margins or {}):
@@ -237,10 +239,10 @@ class Settings:
     def source_001(
         cls, Ts: float, controller: PID, steady: bool = False, opens: int = 0, **changes: object
     ) -> Settings:
-        """Return the auto-tuner of source 001, 3.7, as the errata correct it: no gate, no uncertainty.
+        """Return the auto-tuner of source 001, 3.7, as the errata correct it.
 
-        It is here to be compared with.  With an offset its early estimates are wrong, and it tunes
-        on them.
+        It has no gate and no uncertainty, and is here to be compared with: with an offset its
+        early estimates are wrong, and it tunes on them.
 
         Parameters
         ----------

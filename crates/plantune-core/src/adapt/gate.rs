@@ -1,7 +1,8 @@
 //! Whether new controller settings may be written, and how far they go at once.
 //!
 //! ```text
-//! C01  each of Kp, Ki changes by a factor of max_change at most: further on, it goes a part of the way
+//! C01  each of Kp, Ki changes by a factor of max_change at most: further on, both go the same part of the way
+//!      now (wanted/now)^share
 //! C02  each is a number, of the sign of the present one
 //! A05  at least dwell (T + L) since the last change
 //! C07  gain and phase margin over the uncertainty at least these
@@ -18,6 +19,9 @@ use crate::model::{Fopdt, Pid};
 
 /// Share of its travel by which u must move for y to have to answer, as in `analyze`.
 const MOVE: f64 = 0.1;
+
+/// Largest factor that is told from a gain that vanishes.
+const FARTHEST: f64 = 1e9;
 
 /// What the gate allows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,15 +165,23 @@ pub fn step_towards(present: &Pid, target: &Pid, most: f64) -> (Pid, Reasons) {
             reasons.push(Reason::new(Cause::LargeChange(name), factor.max(1.0 / factor), most));
         }
     }
-    let towards = |now: f64, wanted: f64| now * (wanted / now).clamp(1.0 / most, most);
+    // Both go the same share of the way, so that Ti goes with them.
+    let way = |now: f64, wanted: f64| {
+        if now == 0.0 { 0.0 } else { (wanted / now).clamp(1.0 / FARTHEST, FARTHEST).ln() }
+    };
+    let (Kp_way, Ki_way) = (way(present.Kp, target.Kp), way(present.Ki, target.Ki));
+    let share = (most.ln() / Kp_way.abs().max(Ki_way.abs())).min(1.0);
+    let towards = |now: f64, wanted: f64, way: f64| {
+        if share == 1.0 { wanted } else { now * (share * way).exp() }
+    };
     let (Kp, Ki) = match (present.Kp != 0.0, present.Ki != 0.0) {
-        (true, true) => (towards(present.Kp, target.Kp), towards(present.Ki, target.Ki)),
+        (true, true) => (towards(present.Kp, target.Kp, Kp_way), towards(present.Ki, target.Ki, Ki_way)),
         (true, false) => {
-            let Kp = towards(present.Kp, target.Kp);
+            let Kp = towards(present.Kp, target.Kp, Kp_way);
             (Kp, Kp / target.Ti())
         }
         (false, true) => {
-            let Ki = towards(present.Ki, target.Ki);
+            let Ki = towards(present.Ki, target.Ki, Ki_way);
             (if target.Ki == 0.0 { 0.0 } else { Ki * target.Ti() }, Ki)
         }
         (false, false) => (target.Kp, target.Ki),

@@ -39,8 +39,12 @@ pub enum Cause {
     Unsettled(Parameter),
     /// No delay is probable enough.
     DelayUndecided,
+    /// The delay lies beyond the range that is searched.
+    DelayOutside,
     /// The standard deviation of a parameter is too large.
     Uncertain(Parameter),
+    /// u or y is missing, and not simulated.
+    NotRead,
     /// An alarm is being judged: another level or another plant.
     Judging,
     /// The rule has no settings for this plant.
@@ -72,13 +76,14 @@ impl Cause {
     pub fn code(self) -> &'static str {
         match self {
             Cause::WindowNotFull => "A01",
-            Cause::OutOfLimits(_) => "A02",
+            Cause::OutOfLimits(_) | Cause::DelayOutside => "A02",
             Cause::Unsettled(_) => "A03",
             Cause::DelayUndecided => "A04",
             Cause::Dwell => "A05",
             Cause::NoOperatingPoint => "A06",
             Cause::Uncertain(_) => "A07",
             Cause::Judging => "A08",
+            Cause::NotRead => "D07",
             Cause::NoSettings => "M12",
             Cause::LargeChange(_) => "C01",
             Cause::Sign(_) => "C02",
@@ -112,6 +117,11 @@ impl Reason {
         Reason { cause, measured, limit }
     }
 
+    /// Without numbers.
+    pub fn of(cause: Cause) -> Self {
+        Reason::new(cause, f64::NAN, f64::NAN)
+    }
+
     /// Code of the catalogue.
     pub fn code(&self) -> &'static str {
         self.cause.code()
@@ -120,9 +130,8 @@ impl Reason {
     /// As a finding, with its sentence and what to do.
     pub fn note(&self) -> Note {
         let severity = if self.cause.refuses() { Severity::Warning } else { Severity::Info };
-        Note::new(self.code(), severity, self.to_string())
-            .measured(self.measured, self.limit)
-            .remedy(self.remedy())
+        let note = Note::new(self.code(), severity, self.to_string()).remedy(self.remedy());
+        if self.limit.is_nan() { note } else { note.measured(self.measured, self.limit) }
     }
 
     fn remedy(&self) -> &'static str {
@@ -130,6 +139,8 @@ impl Reason {
             Cause::WindowNotFull | Cause::Dwell | Cause::LargeChange(_) => "wait; nothing is wrong",
             Cause::OutOfLimits(Parameter::K) => "check its limits, and the action of the loop",
             Cause::OutOfLimits(_) => "check the limits, or the plant",
+            Cause::NotRead => "look after the link, or simulate what cannot be read",
+            Cause::DelayOutside => "search more delays: nk",
             Cause::Judging => "wait; a few time constants decide it",
             Cause::NoSettings => "check the wished margins, or take another rule",
             Cause::Unsettled(_) | Cause::Uncertain(_) | Cause::DelayUndecided => {
@@ -158,7 +169,9 @@ impl fmt::Display for Reason {
             Cause::OutOfLimits(p) => write!(f, "{p} is {x}, beyond its limit {limit}"),
             Cause::Unsettled(p) => write!(f, "{p} moves by {x} within the window, limit {limit}"),
             Cause::DelayUndecided => write!(f, "the likeliest delay has a probability of {x}, needs {limit}"),
+            Cause::DelayOutside => write!(f, "the delay lies beyond its range, which ends at {x} s"),
             Cause::Uncertain(p) => write!(f, "{p} is known to a share of {x}, needs {limit}"),
+            Cause::NotRead => write!(f, "u or y is not read: the sample is left out"),
             Cause::Judging => write!(f, "an alarm is judged: another level or another plant"),
             Cause::NoSettings => write!(f, "the rule has no settings for this plant"),
             Cause::Sensitivity => write!(f, "Ms is {x} over the uncertainty, at most {limit}"),

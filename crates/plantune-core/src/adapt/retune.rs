@@ -48,6 +48,11 @@ pub struct Over {
 }
 
 impl Rule {
+    /// Whether it takes a good part of a second.
+    pub fn is_dear(&self) -> bool {
+        matches!(self, Rule::Posterior { .. })
+    }
+
     /// Settings for a plant, in the form of the present controller.
     pub fn on(&self, plant: &Fopdt, modes: &[Mode], present: &Pid) -> Result<Pid> {
         let pid = match *self {

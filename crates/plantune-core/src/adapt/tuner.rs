@@ -20,8 +20,14 @@ use crate::error::{Error, Result};
 use crate::model::{Fopdt, Pid};
 use crate::sim::{Actuator, LiveSettings, Table};
 
+/// By how much Ms may exceed its limit: a rule that just keeps it meets other draws of the plant in the gate.
+const SLACK: f64 = 0.02;
+
 /// Least margin, as a factor and in degrees, that is asked for; below, none is.
 const NO_MARGIN: f64 = 1e-6;
+
+/// Relative standard deviation from which on K and T are told apart.
+const TOLD_APART: f64 = 0.2;
 
 /// What is read at one time; what is missing is NaN.
 #[derive(Clone, Copy, Debug)]
@@ -142,9 +148,11 @@ pub struct Tuner {
     held: Option<usize>,
     merged: Option<Fopdt>,
     target: Option<Pid>,
-    /// Samples of data behind the estimate.
+    /// Samples since K and T could be told apart.
     samples: usize,
     lost: bool,
+    /// Time of the last sample, s.
+    last: Option<f64>,
 }
 
 impl TunerSettings {
@@ -185,6 +193,7 @@ impl Tuner {
             target: None,
             samples: 0,
             lost: false,
+            last: None,
             settings,
         })
     }
@@ -207,6 +216,8 @@ impl Tuner {
     /// Takes a sample and decides.
     pub fn step(&mut self, sample: &Sample) -> Decision {
         self.controller.at(sample.aux);
+        self.lost |= self.last.is_some_and(|last| !follows(last, sample.t, self.settings.scheme.Ts()));
+        self.last = Some(sample.t);
         let mut decision = self.decision(sample);
         self.held = self.held.map(|samples| samples + 1);
         self.find_point(sample, &mut decision);
@@ -214,11 +225,13 @@ impl Tuner {
         let readable = u.is_finite() && y.is_finite();
         self.watch.step(u, y);
         let (still, most) = (self.watch.still(), self.settings.gate.stuck);
-        if still > most {
-            decision.reasons.push(Reason::new(Cause::Stuck, still as f64, most as f64));
-        }
         if !readable || still > most {
             self.lost = true;
+            decision.reasons.push(if readable {
+                Reason::new(Cause::Stuck, still as f64, most as f64)
+            } else {
+                Reason::of(Cause::NotRead)
+            });
         } else {
             if std::mem::take(&mut self.lost) {
                 self.identifier.gap();
@@ -267,6 +280,7 @@ impl Tuner {
         (decision.node, decision.new_point) = (change.node, change.new);
         if change.new {
             self.forget();
+            (decision.merged, decision.target) = (None, None);
         }
     }
 
@@ -290,6 +304,9 @@ impl Tuner {
             self.samples = 0;
         }
         if news.fitted {
+            if self.identifier.identified().is_none_or(|estimate| !(worst(&estimate) < TOLD_APART)) {
+                self.samples = 0;
+            }
             self.judge(decision);
         }
     }
@@ -319,7 +336,10 @@ impl Tuner {
     /// Why the estimate is not sure enough.
     fn uncertain(&self, estimate: &Identified) -> Option<Reason> {
         if self.identifier.is_judging() {
-            return Some(Reason::new(Cause::Judging, 0.0, 0.0));
+            return Some(Reason::of(Cause::Judging));
+        }
+        if estimate.outside {
+            return Some(Reason::new(Cause::DelayOutside, estimate.model.L, estimate.model.L));
         }
         let [K, T, L, _] = estimate.sd();
         beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)
@@ -335,9 +355,12 @@ impl Tuner {
         let merged = self.merge.step(model);
         self.merged = Some(merged);
         decision.merged = self.merged;
+        if self.settings.rule.is_dear() && self.target.is_some() && self.is_dwelling(&merged) {
+            return; // the gate would not let it through
+        }
         let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller.now()) {
             Ok(target) => target,
-            Err(_) => return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0)),
+            Err(_) => return decision.reasons.push(Reason::of(Cause::NoSettings)),
         };
         self.target = Some(target);
         decision.target = self.target;
@@ -351,43 +374,55 @@ impl Tuner {
             return;
         }
         let limits = self.settings.gate;
-        let mut evidence = self.evidence();
+        let all = self.evidence();
         // What costs nothing to know first.
-        decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
+        let first = Evidence { saturated: 0.0, ..all };
+        decision.reasons = gate(&present, target, merged, &first, &limits).reasons;
         if decision.reasons.refuse() {
             return;
         }
         let (step, _) = step_towards(&present, target, limits.max_change);
-        if self.asks_for_margins() {
-            let Ok(over) = over(&plants(&estimate.modes), &present, &step) else {
-                return decision.reasons.push(Reason::new(Cause::NoSettings, 0.0, 0.0));
-            };
-            decision.over = Some(over);
-            // A part of the way out of a bad loop may still be outside the margins.
-            if over.worse >= 1.0 {
-                (evidence.gain_margin, evidence.phase_margin) = (over.gain_margin, over.phase_margin);
-                decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
-                if !(over.Ms <= self.settings.Ms) {
-                    decision.reasons.push(Reason::new(Cause::Sensitivity, over.Ms, self.settings.Ms));
-                }
+        let margins = match self.over(estimate, &present, &step) {
+            Ok(over) => over,
+            Err(_) => return decision.reasons.push(Reason::of(Cause::NoSettings)),
+        };
+        decision.over = margins;
+        // A part of the way out of a bad loop may still be outside the margins, and such a loop drives u to its
+        // limits: both are no reason to stay in it.
+        if !margins.is_some_and(|over| over.worse < 1.0) {
+            let (gain_margin, phase_margin) =
+                margins.map_or((f64::INFINITY, f64::INFINITY), |over| (over.gain_margin, over.phase_margin));
+            let evidence = Evidence { gain_margin, phase_margin, ..all };
+            decision.reasons = gate(&present, target, merged, &evidence, &limits).reasons;
+            let Ms = margins.map_or(0.0, |over| over.Ms);
+            if !(Ms <= (1.0 + SLACK) * self.settings.Ms) {
+                decision.reasons.push(Reason::new(Cause::Sensitivity, Ms, self.settings.Ms));
             }
-            if decision.reasons.refuse() {
-                return;
-            }
+        }
+        if decision.reasons.refuse() {
+            return;
         }
         match self.controller.set(&step) {
             Ok(()) => {
                 self.held = Some(0);
                 (decision.controller, decision.retuned) = (step, true);
             }
-            Err(_) => decision.reasons.push(Reason::new(Cause::NoOperatingPoint, 0.0, 0.0)),
+            Err(_) => decision.reasons.push(Reason::of(Cause::NoOperatingPoint)),
         }
     }
 
-    /// Whether a margin over the uncertainty can refuse anything.
-    fn asks_for_margins(&self) -> bool {
+    /// Whether the last change is too recent.
+    fn is_dwelling(&self, plant: &Fopdt) -> bool {
+        self.evidence().since_change < self.settings.gate.dwell * (plant.T + plant.L)
+    }
+
+    /// What a step does over the plants that are possible; None where no margin is asked for.
+    fn over(&self, estimate: &Identified, present: &Pid, step: &Pid) -> Result<Option<Over>> {
         let gate = &self.settings.gate;
-        self.settings.Ms.is_finite() || gate.gain_margin.max(gate.phase_margin) > NO_MARGIN
+        if self.settings.Ms.is_infinite() && gate.gain_margin.max(gate.phase_margin) <= NO_MARGIN {
+            return Ok(None);
+        }
+        over(&plants(&estimate.modes), present, step).map(Some)
     }
 
     /// What the gate has to know, but for the margins.
@@ -404,17 +439,30 @@ impl Tuner {
         }
     }
 
-    /// Information grows with the rows, `var(t) = var t_now / t`, until the window is full.
+    /// Information grows with the rows: `var(t) = var t_now / t`, as long as the window holds them.
+    ///
+    /// Time counts from where K and T could be told apart: what came before taught nothing of either alone.
     fn time_to_target(&self) -> f64 {
         let Some(estimate) = self.identifier.identified() else { return f64::INFINITY };
-        let sd = estimate.sd();
-        let worst = (sd[0] / estimate.model.K.abs()).max(sd[1] / estimate.model.T);
-        if self.samples == self.settings.scheme.rows() && worst > self.settings.target {
-            return f64::INFINITY;
+        let seconds = |samples: usize| samples as f64 * self.settings.scheme.Ts();
+        let (t, held) = (seconds(self.samples), seconds(self.settings.scheme.rows()));
+        let more = t * ((worst(&estimate) / self.settings.target).powi(2) - 1.0);
+        match more {
+            _ if self.samples == 0 || more > held - t => f64::INFINITY,
+            _ => more.max(0.0),
         }
-        let t = self.samples as f64 * self.settings.scheme.Ts();
-        (t * ((worst / self.settings.target).powi(2) - 1.0)).max(0.0)
     }
+}
+
+/// Whether a sample is the next one: half a sample time is jitter, more is a gap.
+fn follows(last: f64, t: f64, Ts: f64) -> bool {
+    (t - last - Ts).abs() <= 0.5 * Ts
+}
+
+/// The larger of the relative standard deviations of K and T.
+fn worst(estimate: &Identified) -> f64 {
+    let sd = estimate.sd();
+    (sd[0] / estimate.model.K.abs()).max(sd[1] / estimate.model.T)
 }
 
 /// The first of K, T, L whose standard deviation is beyond its limit: relative to K and T, and to `T + L`.

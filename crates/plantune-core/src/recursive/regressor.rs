@@ -78,8 +78,7 @@ impl Regressor {
         }
     }
 
-    /// Makes `phi` and `psi` of the next sample, `u` the newest input in it; the past stays as it is until
-    /// [`Regressor::keep`].
+    /// Makes `phi` and `psi` of the next sample, `u` the newest input in it; the past stays as it is until [`Regressor::keep`].
     #[inline(always)]
     pub(super) fn look(&mut self, n: usize, room: &mut Room<'_>, theta: &[f64], u: f64) {
         let Structure { na, nb, nc, nd, nf, .. } = self.structure;
@@ -89,6 +88,7 @@ impl Regressor {
         for k in 0..n {
             phi[k] = pool[from[k]];
             psi[k] = phi[k];
+            half[k] = phi[k];
         }
         if !self.filtered {
             return;

@@ -19,7 +19,7 @@
 
 use super::forgetting::{Forgetting, Scheme};
 use super::gate::Gate;
-use super::innovation::Innovation;
+use super::innovation::{FIRST, Innovation};
 use super::projection;
 use super::regressor::{Newest, Regressor};
 use super::rls::{overflow, restore};
@@ -37,8 +37,30 @@ const RADIUS: f64 = 0.999;
 /// Halvings of a step that leads outside before it is not taken at all.
 const HALVINGS: usize = 30;
 
-/// What one sample of a signal's largest travel weighs, in noise variances, against a start without knowledge.
-const DIFFUSE: f64 = 1e6;
+/// What a start without knowledge knows of the coefficients of the path and of the noise, `D_j = known/travel^2`: a
+/// sample in which the signal has gone as far as it went before weighs so many noise variances against the start.
+/// With an equation error the first samples may decide; `C` had better wait until there are errors to speak of.
+const EQUATION: Known = Known { path: 1e6, noise: 10.0 };
+
+/// From nowhere a simulated output leads anywhere, and `C/D` takes the errors of an unknown path for noise that
+/// wanders: the first samples may not decide, and the noise waits longest.
+const SIMULATED: Known = Known { path: 10.0, noise: 1.0 };
+
+/// The same for what is forgotten later.
+const LEAST_KNOWN: f64 = 1e6;
+
+/// Samples per parameter that are looked at before anything is simulated, to see how far signals go; then they are
+/// learnt all at once.
+const LOOK: usize = 20;
+
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    path: f64,
+    noise: f64,
+}
+
+/// Innovations judged before any is cut where an output is simulated: early parameters stay in it.
+const FIRST_SIMULATED: f64 = 200.0;
 
 /// Variance that an alarm gives the constant, in noise variances.
 const BUMP: f64 = 1e3;
@@ -135,12 +157,15 @@ pub struct Rpem {
     regressor: Regressor,
     u: Vec<f64>,      // (nk) inputs on their way, a ring
     next: usize,      // the oldest of them
-    seen: usize,      // samples of this segment, up to the history
+    age: usize,       // samples of this segment, up to the history
     wait: usize,      // samples until no output in phi is a prediction
     zero: [f64; 2],   // u and y of the first sample
     travel: [f64; 2], // most that they were away from it
     begun: bool,
-    closed: usize,    // parameters of which nothing was said so far
+    known: Option<Known>, // unless a covariance was given
+    closed: usize,        // parameters not in play yet
+    seen: Vec<[f64; 2]>,  // u, y while looking; NaN where there was no y
+    looking: bool,
     room: Vec<f64>,   // (VECTORS, n)
     before: Vec<f64>, // (n) the parameters before a step, for what is seldom needed
     schur: Vec<f64>,  // a polynomial
@@ -167,7 +192,7 @@ impl Rpem {
             if !(most > 0.0) {
                 return Err(Error::argument("P_max", most, "positive"));
             }
-            (0..n).for_each(|j| P.bound(j, most));
+            P.bound(most);
         }
         if let Some(clip) = settings.clip.filter(|clip| !(*clip > 0.0)) {
             return Err(Error::argument("clip", clip, "a positive number of standard deviations"));
@@ -184,14 +209,25 @@ impl Rpem {
             structure,
             theta,
             closed: if settings.P0.is_some() { 0 } else { n },
+            looking: settings.P0.is_none() && structure.nf > 0,
+            seen: Vec::with_capacity(LOOK * n),
+            known: match settings.P0 {
+                Some(_) => None,
+                None if structure.nf > 0 => Some(SIMULATED),
+                None => Some(EQUATION),
+            },
             P,
             forgetting: Forgetting::new(settings.scheme, n)?,
-            innovation: Innovation::new(settings.clip, settings.watch && structure.offset),
+            innovation: Innovation::new(
+                settings.clip,
+                settings.watch && structure.offset,
+                if structure.nf > 0 { FIRST_SIMULATED } else { FIRST },
+            ),
             gate: settings.gate,
             regressor: Regressor::new(structure, settings.gradient),
             u: vec![0.0; structure.nk],
             next: 0,
-            seen: 0,
+            age: 0,
             wait: 0,
             zero: [0.0; 2],
             travel: [0.0; 2],
@@ -214,11 +250,17 @@ impl Rpem {
         if !y.is_finite() {
             return Err(Error::argument("y", y, "a finite number; skip(u) is for an output that is missing"));
         }
+        if self.looking {
+            return self.look(u, y);
+        }
         with_room!(self.theta.len(), self.room, |n, room| self.step_n(n, room, u, Some(y)))
     }
 
     /// Goes on without an output: it is missing at `t`, or does not count.
     pub fn skip(&mut self, u: f64) -> Result<()> {
+        if self.looking {
+            return self.look(u, f64::NAN).map(|_| ());
+        }
         let (n, mut lent) = (self.theta.len(), std::mem::take(&mut self.room));
         let result = self.step_n(n, &mut Room::of(n, &mut lent), u, None);
         self.room = lent;
@@ -229,7 +271,8 @@ impl Rpem {
     pub fn restart(&mut self) {
         self.regressor.restart();
         self.u.fill(0.0);
-        (self.next, self.seen, self.wait) = (0, 0, 0);
+        (self.next, self.age, self.wait) = (0, 0, 0);
+        self.seen.clear();
         self.gate.iter_mut().for_each(Gate::restart);
     }
 
@@ -247,7 +290,7 @@ impl Rpem {
         let delayed = if self.structure.nk == 0 { u } else { self.u[self.next] };
         self.regressor.look(n, room, &self.theta, delayed);
         let predicted = product(n, room.phi, &self.theta);
-        let filling = self.seen < self.structure.history();
+        let filling = self.age < self.structure.history();
         let (now, eps) = match y {
             Some(y) => (y, y - predicted),
             None if filling => (self.regressor.last_y(), 0.0),
@@ -267,6 +310,42 @@ impl Rpem {
         self.regressor.keep(n, room, newest);
         self.pass(u, y.is_some());
         Ok((y.is_some() && !filling).then_some(eps))
+    }
+
+    /// Looks at a sample (NaN: no output) until there are enough and the input has moved; then learns them all.
+    #[cold]
+    fn look(&mut self, u: f64, y: f64) -> Result<Option<f64>> {
+        if !u.is_finite() {
+            return Err(Error::argument("u", u, "a finite number"));
+        }
+        if !(u * u + if y.is_nan() { 0.0 } else { y * y }).is_finite() {
+            return Err(overflow());
+        }
+        if self.seen.is_empty() && y.is_nan() {
+            return Ok(None);
+        }
+        let full = LOOK * self.theta.len();
+        if self.seen.len() == full {
+            self.seen.remove(0);
+        }
+        self.seen.push([u, y]);
+        self.samples += 1.0;
+        let [u0, y0] = self.seen[0];
+        let far = |i: usize, zero: f64| self.seen.iter().map(|s| (s[i] - zero).abs()).fold(0.0, f64::max);
+        let travel =
+            if self.structure.offset { [far(0, u0), far(1, y0)] } else { [far(0, 0.0), far(1, 0.0)] };
+        if self.seen.len() < full || travel[0] == 0.0 {
+            return Ok(None);
+        }
+        (self.looking, self.travel) = (false, travel);
+        self.samples -= full as f64;
+        self.open();
+        let seen = std::mem::take(&mut self.seen);
+        let mut last = None;
+        for &[u, y] in &seen {
+            last = if y.is_nan() { self.skip(u).map(|()| None)? } else { self.step(u, y)? };
+        }
+        Ok(last)
     }
 
     /// What the first sample fixes.
@@ -317,21 +396,23 @@ impl Rpem {
         self.P.add_to(self.theta.len() - 1, BUMP);
     }
 
-    /// Brings parameters into play once their signals have moved.
+    /// Of a start without knowledge, brings parameters into play once their signals have moved.
     #[cold]
     fn open(&mut self) {
-        let Structure { na, nb, .. } = self.structure;
+        let Some(known) = self.known else { return };
+        let Structure { na, nb, nc, nd, .. } = self.structure;
+        let (a, c, f) = (na, na + nb, na + nb + nc + nd);
         for j in 0..self.theta.len() {
-            let travel = if (na..na + nb).contains(&j) {
-                self.travel[0]
-            } else if j < self.structure.coefficients() {
-                self.travel[1]
+            let (known, travel) = if j == self.structure.coefficients() {
+                (known.path, 1.0)
+            } else if (a..c).contains(&j) {
+                (known.path, self.travel[0])
             } else {
-                1.0
+                (if (c..f).contains(&j) { known.noise } else { known.path }, self.travel[1])
             };
-            let D = DIFFUSE / (travel * travel);
-            if self.P.factors().1[j] == 0.0 && D.is_finite() {
-                self.P.open(j, D);
+            let per = 1.0 / (travel * travel);
+            if self.P.factors().1[j] == 0.0 && per.is_finite() {
+                self.P.open(j, known * per, LEAST_KNOWN * per);
                 self.closed -= 1;
             }
         }
@@ -396,7 +477,7 @@ impl Rpem {
             self.u[self.next] = u;
             self.next = if self.next + 1 == nk { 0 } else { self.next + 1 };
         }
-        self.seen = (self.seen + 1).min(self.structure.history());
+        self.age = (self.age + 1).min(self.structure.history());
         self.wait = if counts { self.wait.saturating_sub(1) } else { na };
         self.samples += 1.0;
     }
@@ -507,12 +588,16 @@ impl Rpem {
         let [most_u, most_y] = &mut self.travel;
         let Rpem { samples, alarms, .. } = self;
         [u0, y0, most_u, most_y, samples, alarms].into_iter().for_each(&mut *visit);
-        let mut whole = [self.seen, self.wait, self.closed].map(|n| n as f64);
+        let mut whole = [self.age, self.wait, self.closed, self.seen.len()].map(|n| n as f64);
         whole.iter_mut().for_each(&mut *visit);
-        [self.seen, self.wait, self.closed] = whole.map(|x| x as usize);
-        let mut flags = [self.begun, self.learnt].map(|yes| f64::from(u8::from(yes)));
+        [self.age, self.wait, self.closed] = [whole[0], whole[1], whole[2]].map(|x| x as usize);
+        let full = LOOK * self.theta.len();
+        self.seen.reserve_exact(full.saturating_sub(self.seen.len()));
+        self.seen.resize((whole[3] as usize).min(full), [0.0; 2]);
+        self.seen.iter_mut().flatten().for_each(&mut *visit);
+        let mut flags = [self.begun, self.learnt, self.looking].map(|yes| f64::from(u8::from(yes)));
         flags.iter_mut().for_each(&mut *visit);
-        [self.begun, self.learnt] = flags.map(|x| x != 0.0);
+        [self.begun, self.learnt, self.looking] = flags.map(|x| x != 0.0);
     }
 }
 

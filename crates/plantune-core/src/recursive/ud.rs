@@ -28,7 +28,8 @@ pub struct Ud {
     U: Vec<f64>,    // above the diagonal, column by column: U01, U02, U12, U03, …
     D: Vec<f64>,    // (n)
     most: Vec<f64>, // (n) that `D` may become
-    x: Vec<f64>,    // (n) what is left of `x` while it is added
+    most_allowed: f64,
+    x: Vec<f64>, // (n) what is left of `x` while it is added
 }
 
 impl Ud {
@@ -48,6 +49,7 @@ impl Ud {
             U: vec![0.0; n * n.saturating_sub(1) / 2],
             D,
             most: vec![MOST_FORGOTTEN * largest; n],
+            most_allowed: f64::INFINITY,
             x: vec![0.0; n],
         }
     }
@@ -84,32 +86,33 @@ impl Ud {
         Ok(ud)
     }
 
-    /// `(R' R)^-1` of the first `n` columns of a triangle without zeros on its diagonal: `R^-1` is
-    /// `U sqrt(D)`, so that nothing is squared and nothing lost.
-    pub(super) fn of_triangle(R: &Triangle, n: usize) -> Self {
-        let mut ud = Ud::diagonal(vec![0.0; n]);
+    /// With the same bound, `(R' R)^-1` of the first `n` columns of a triangle without zeros on its diagonal: `R^-1`
+    /// is `U sqrt(D)`, so that nothing is squared and nothing lost.
+    pub(super) fn replaced(&self, R: &Triangle) -> Self {
+        let n = self.n();
+        let mut ud = Ud::diagonal((0..n).map(|j| R.at(j, j).powi(-2)).collect());
         for j in 0..n {
             let column = j * j.saturating_sub(1) / 2;
-            ud.D[j] = R.at(j, j).powi(-2);
             for i in (0..j).rev() {
                 let below: f64 = (i + 1..j).map(|k| R.at(i, k) * ud.U[column + k]).sum();
                 ud.U[column + i] = -(below + R.at(i, j)) / R.at(i, i);
             }
         }
-        let largest = ud.D.iter().copied().fold(0.0, f64::max);
-        ud.most.fill(MOST_FORGOTTEN * largest);
+        ud.bound(self.most_allowed);
         ud
     }
 
-    /// Bounds `D_j`, so that nothing is known less than this.
-    pub fn bound(&mut self, j: usize, most: f64) {
-        self.most[j] = most;
-        self.D[j] = self.D[j].min(most);
+    /// Bounds all of `D`, so that nothing is known less than this.
+    pub fn bound(&mut self, most: f64) {
+        self.most_allowed = most;
+        self.most.iter_mut().for_each(|bound| *bound = bound.min(most));
+        self.D.iter_mut().for_each(|D| *D = D.min(most));
     }
 
-    /// Brings parameter `j`, of which nothing was said so far, into play.
-    pub(super) fn open(&mut self, j: usize, D: f64) {
-        (self.D[j], self.most[j]) = (D, D);
+    /// Brings parameter `j`, which is not in play, into it; nothing is known less of it later.
+    pub(super) fn open(&mut self, j: usize, D: f64, most: f64) {
+        self.D[j] = D.min(self.most_allowed);
+        self.most[j] = most.min(self.most_allowed);
     }
 
     /// `q = psi' P psi` of the `psi` in the room, and what [`Ud::update`] needs of it.
@@ -319,7 +322,7 @@ mod tests {
         let rows = white(40, 5);
         let R = Triangle::of_rows(4, rows.chunks(4));
         let gram = |i: usize, j: usize| rows.chunks(4).map(|r| r[i] * r[j]).sum::<f64>();
-        let ud = Ud::of_triangle(&R, 4);
+        let ud = Ud::diagonal(vec![1.0; 4]).replaced(&R);
         let P = ud.matrix();
         for i in 0..4 {
             for j in 0..4 {

@@ -36,8 +36,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Ts : float, optional
 ///     Sample time in seconds, for `model`; a record that is run brings its own.
 /// forgetting, lam0, rho, R1, R2
-///     As of `RLS`; where the model is not linear in its parameters, `lam0` is 0.95 unless given: what was
-///     learnt with early, wrong parameters is forgotten.
+///     As of `RLS`; where the model is not linear in its parameters, what was learnt with early, wrong ones is
+///     forgotten: `lam0` and `rho` are 0.95 and 0.99 with a C, 0.9 and 0.995 with an F, unless given.
 /// clip : float or None
 ///     Cut errors at so many standard deviations; None: never, as the textbooks have it.
 /// alarm : bool
@@ -299,8 +299,8 @@ fn trace_out<'py>(py: Python<'py>, trace: Trace, n: usize) -> PyResult<TraceOut<
 /// >>> trace = arx.run(pt.datasets.engine_loop())
 /// >>> print(arx.model)
 /// A(q) y(t) = B(q) u(t - 6) + e(t)
-/// A(q) = 1 - 0.874478 q^-1
-/// B(q) = -0.745475
+/// A(q) = 1 - 0.874469 q^-1
+/// B(q) = -0.745527
 /// Ts = 0.02 s
 /// >>> round(arx.offset, 3), arx.alarms
 /// (583.451, 0)

@@ -52,28 +52,28 @@ pub struct Forget {
     pub forgetting: String,
     pub lam: f64,
     pub lam0: Option<f64>,
-    pub rho: f64,
+    pub rho: Option<f64>,
     pub R1: Option<Each>,
     pub R2: f64,
 }
 
 impl Forget {
-    /// The scheme for `n` parameters; `slow_start` is what a growing factor begins with unless told.
-    pub fn scheme(&self, n: usize, slow_start: f64) -> Outcome<Scheme> {
+    /// The scheme for `n` parameters; `growing` is what a factor begins with and how it grows, unless told.
+    pub fn scheme(&self, n: usize, growing: (f64, f64)) -> Outcome<Scheme> {
         let lambda = self.lam;
         let only = |name: &str, whose: &str| {
             Error::argument(name, "given", &format!("left out but with forgetting=\"{whose}\""))
         };
-        if self.forgetting != "exponential" && self.lam0.is_some() {
-            return Err(only("lam0", "exponential").into());
+        if self.forgetting != "exponential" && (self.lam0.is_some() || self.rho.is_some()) {
+            return Err(only("lam0, rho", "exponential").into());
         }
         if self.forgetting != "kalman" && (self.R1.is_some() || self.R2 != 1.0) {
             return Err(only("R1, R2", "kalman").into());
         }
         Ok(match self.forgetting.as_str() {
             "exponential" => {
-                let start = self.lam0.unwrap_or(slow_start.min(lambda));
-                Scheme::Exponential { lambda, start, rho: if start == lambda { 0.0 } else { self.rho } }
+                let start = self.lam0.unwrap_or(growing.0.min(lambda));
+                Scheme::Exponential { lambda, start, rho: self.rho.unwrap_or(growing.1) }
             }
             "directional" => Scheme::Directional { lambda },
             "variable" => Scheme::Variable { lambda },
@@ -103,7 +103,7 @@ pub struct Options {
     Ts: Option<f64>,
     forgetting: String,
     lam0: Option<f64>,
-    rho: f64,
+    rho: Option<f64>,
     R1: Option<Each>,
     R2: f64,
     clip: Option<f64>,
@@ -122,7 +122,7 @@ impl Default for Options {
             Ts: None,
             forgetting: "exponential".to_owned(),
             lam0: None,
-            rho: 0.99,
+            rho: None,
             R1: None,
             R2: 1.0,
             clip: Some(CLIP),
@@ -165,7 +165,7 @@ impl Options {
                 "Ts" => o.Ts = or_none()?,
                 "forgetting" => o.forgetting = word()?,
                 "lam0" => o.lam0 = or_none()?,
-                "rho" => o.rho = number()?,
+                "rho" => o.rho = or_none()?,
                 "R1" => o.R1 = value.extract().map_err(|_| wrong("a number, or one per parameter"))?,
                 "R2" => o.R2 = number()?,
                 "clip" => o.clip = or_none()?,
@@ -199,9 +199,12 @@ impl Options {
     pub fn settings(&self, structure: Structure, start: &Start<'_>) -> Outcome<Settings> {
         let n = structure.n();
         let Options { forgetting, lam, lam0, rho, R1, R2, .. } = self.clone();
-        let linear = structure.nc + structure.nd + structure.nf == 0;
-        let scheme =
-            Forget { forgetting, lam, lam0, rho, R1, R2 }.scheme(n, if linear { 1.0 } else { 0.95 })?;
+        let growing = match structure {
+            Structure { nc: 0, nd: 0, nf: 0, .. } => (1.0, 0.99),
+            Structure { nf: 0, .. } => (0.95, 0.99),
+            _ => (0.9, 0.995),
+        };
+        let scheme = Forget { forgetting, lam, lam0, rho, R1, R2 }.scheme(n, growing)?;
         let gradient = match self.method.as_deref() {
             None | Some("rml") => true,
             Some("els") => false,

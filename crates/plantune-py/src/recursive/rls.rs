@@ -33,7 +33,7 @@ use crate::values::{Array, Matrix, array, matrix};
 ///     the memory otherwise.  "kalman": a random walk of the parameters.
 /// lam0, rho : float, optional
 ///     Of exponential forgetting: a factor to begin with, from which it grows to `lam`, each sample
-///     leaving `rho` of the gap.  None: `lam` from the beginning.
+///     leaving `rho` of the gap, 0.99 by default.  None: `lam` from the beginning.
 /// R1, R2 : float or array (n,), float
 ///     Of the Kalman filter: variance of each parameter's step, and of the noise.
 /// clip : float, optional
@@ -96,7 +96,7 @@ pub struct Rls {
 impl Rls {
     #[new]
     #[pyo3(signature = (n, lam=1.0, P0=Covariance::Scalar(1e6), theta0=None, *, forgetting="exponential",
-                        lam0=None, rho=0.99, R1=None, R2=1.0, clip=None, P_max=None))]
+                        lam0=None, rho=None, R1=None, R2=1.0, clip=None, P_max=None))]
     #[allow(clippy::too_many_arguments)] // keywords of Python
     fn new(
         n: &Bound<'_, PyAny>,
@@ -105,7 +105,7 @@ impl Rls {
         theta0: Option<PyArrayLike1<'_, f64, AllowTypeChange>>,
         forgetting: &str,
         lam0: Option<f64>,
-        rho: f64,
+        rho: Option<f64>,
         R1: Option<Each>,
         R2: f64,
         clip: Option<f64>,
@@ -117,7 +117,7 @@ impl Rls {
         }
         let forget = Forget { forgetting: forgetting.to_owned(), lam, lam0, rho, R1, R2 };
         let P0 = Ud::of_matrix(n, &P0.matrix(n)?)?;
-        let mut rls = recursive::Rls::new(P0, forget.scheme(n, 1.0)?)?;
+        let mut rls = recursive::Rls::new(P0, forget.scheme(n, (1.0, 0.99))?)?;
         if let Some(theta0) = theta0 {
             rls = rls.starting_at(&theta0.as_array().to_vec())?;
         }

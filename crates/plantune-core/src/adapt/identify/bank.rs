@@ -12,6 +12,7 @@ use super::super::alarm::Alarm;
 use super::super::delay::{Counters, DelayChoice, Posterior, PosteriorSettings};
 use super::{Identified, News};
 use crate::error::{Error, Result};
+use crate::linalg::congruence;
 use crate::model::Fopdt;
 use crate::recursive::{Bank, BankSettings, Gate, Mode};
 use crate::signal::{Band, Filter, Sos, butter};
@@ -183,15 +184,11 @@ impl BankIdentifier {
             [[K_a, K_b, 0.0], [T_a, 0.0, 0.0], [0.0, 0.0, 0.0], [d * K_b * K_b - u0 * K_a, -u0 * K_b, K_b]];
         let P = self.bank.P(0, k);
         let s2 = self.bank.sd(0, k)[0].powi(2) / P[0][0];
-        let mut covariance = [0.0; 16];
-        for (ij, p) in covariance.iter_mut().enumerate() {
-            for (i, l) in map[ij / 4].iter().enumerate() {
-                *p += map[ij % 4].iter().enumerate().map(|(j, r)| s2 * l * r * P[i][j]).sum::<f64>();
-            }
-        }
+        let covariance = congruence(&map, |i, j| s2 * P[i][j]);
         let offset = y0 - K * u0 + d * K_b;
         let sound = covariance.iter().chain([&K, &T, &offset]).all(|x| x.is_finite());
-        sound.then_some((Fopdt { K, T, L: (nk - 1) as f64 * Ts }, covariance, offset))
+        let P = <[f64; 16]>::try_from(covariance).ok()?;
+        sound.then_some((Fopdt { K, T, L: (nk - 1) as f64 * Ts }, P, offset))
     }
 
     /// The last estimate: the member of the chosen delay.
@@ -201,7 +198,7 @@ impl BankIdentifier {
         let likely = delays.iter().enumerate().filter(|(_, p)| **p > UNLIKELY);
         let mode = |(k, &weight): (usize, &f64)| self.plant(k).map(|(model, P, _)| Mode { model, P, weight });
         let modes = likely.filter_map(mode).collect();
-        Some(Identified { model, P, offset, modes, delays })
+        Some(Identified { model, P, offset, outside: false, modes, delays })
     }
 
     /// Forgets everything: the plant is another one.

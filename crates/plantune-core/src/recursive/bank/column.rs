@@ -5,15 +5,15 @@
 use super::kernel::{Row, W};
 
 /// What eight columns remember of their signals.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Inputs {
     /// Origins.
     pub u_zero: Row,
     pub y_zero: Row,
     /// `y(t-1)`.
     pub y_before: Row,
-    /// `lambda_end - lambda(t)`.
-    pub gap: Row,
+    /// `lambda(t)` of the next sample that is learnt.
+    pub lambda: Row,
     /// Whether one of them is not to be treated as all others are.
     pub attention: bool,
 }
@@ -21,12 +21,24 @@ pub struct Inputs {
 impl Inputs {
     pub const ROWS: usize = 4;
 
+    /// As before the first sample.
+    pub fn new(lambda0: f64) -> Self {
+        let zero = [0.0; W];
+        Inputs { u_zero: zero, y_zero: zero, y_before: zero, lambda: [lambda0; W], attention: true }
+    }
+
+    /// The same for one of them.
+    pub fn clear(&mut self, slot: usize, lambda0: f64) {
+        self.rows_mut().into_iter().zip([0.0, 0.0, 0.0, lambda0]).for_each(|(row, x)| row[slot] = x);
+        self.attention = true;
+    }
+
     pub fn rows(&self) -> [&Row; 4] {
-        [&self.u_zero, &self.y_zero, &self.y_before, &self.gap]
+        [&self.u_zero, &self.y_zero, &self.y_before, &self.lambda]
     }
 
     pub fn rows_mut(&mut self) -> [&mut Row; 4] {
-        [&mut self.u_zero, &mut self.y_zero, &mut self.y_before, &mut self.gap]
+        [&mut self.u_zero, &mut self.y_zero, &mut self.y_before, &mut self.lambda]
     }
 }
 

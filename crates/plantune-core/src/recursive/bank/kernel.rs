@@ -98,7 +98,7 @@ impl Lanes {
 #[derive(Clone, Copy)]
 pub struct Fixed<S: Simd> {
     pub one: S::f64s,
-    /// 1 where the gradient is filtered (RML), 0 where it is not (ELS).
+    /// -1 where the gradient is filtered (RML), 0 where it is not (ELS).
     pub filter: S::f64s,
     pub D_most: S::f64s,
     pub c_most: S::f64s,
@@ -161,15 +161,15 @@ pub fn learn<S: Simd, const GATED: bool>(
 
     // The error before, and the gradient.
     let (y1, e1, one) = (now.y_before, *ebar, fixed.one);
-    let residual = |a, b, d, c| less(c, e1, less(b, u, less(a, y1, simd.sub_f64s(now.y, d))));
+    let residual = |a, b, d, c| less(c, e1, simd.sub_f64s(less(a, y1, now.y), add(b, u, d)));
     let [a, b, d, c] = theta;
     let eps = residual(*a, *b, *d, *c);
     let filter = mul(fixed.filter, *c);
     let [p0, p1, p2, p3] = psi;
-    *p0 = less(filter, *p0, y1);
-    *p1 = less(filter, *p1, u);
-    *p2 = less(filter, *p2, one);
-    *p3 = less(filter, *p3, e1);
+    *p0 = add(filter, *p0, y1);
+    *p1 = add(filter, *p1, u);
+    *p2 = add(filter, *p2, one);
+    *p3 = add(filter, *p3, e1);
     let (p0, p1, p2, p3) = (*p0, *p1, *p2, *p3);
 
     // f = U' psi, and every alpha.
@@ -184,11 +184,12 @@ pub fn learn<S: Simd, const GATED: bool>(
     let a3 = add(f2, g2, a2);
     let a4 = add(f3, g3, a3);
 
-    // Their inverses, by one division.
-    let (a12, a34) = (mul(a1, a2), mul(a3, a4));
-    let inverse = simd.div_f64s(one, mul(a12, a34));
-    let (i12, i34) = (mul(inverse, a34), mul(inverse, a12));
-    let (i1, i2, i3, i4) = (mul(i12, a2), mul(i12, a1), mul(i34, a4), mul(i34, a3));
+    // Their inverses, by one division, that of `a4` first: the parameters wait for it.
+    let (a12, a123) = (mul(a1, a2), mul(mul(a1, a2), a3));
+    let inverse = simd.div_f64s(one, mul(a123, a4));
+    let (i4, i123) = (mul(inverse, a123), mul(inverse, a4));
+    let (i3, i12) = (mul(i123, a12), mul(i123, a3));
+    let (i2, i1) = (mul(i12, a1), mul(i12, a2));
 
     // What is believed of the error.
     let believed = match errors {

@@ -24,7 +24,7 @@ use column::{Column, Inputs, Window};
 use kernel::{Errors, Lanes, NUMBERS, Row, W};
 
 /// From so many loops on, a register holds eight loops at one delay.
-const MANY: usize = 32;
+const MANY: usize = 5;
 
 /// What a bank is made with.
 #[derive(Clone, Debug, PartialEq)]
@@ -160,7 +160,7 @@ impl Bank {
             per,
             lanes: vec![Lanes::new(&settings.P0); groups * per],
             errors: vec![Errors { eps: [0.0; W], q: [0.0; W], s2: [0.0; W] }; kept(groups * per)],
-            inputs: vec![Inputs { attention: true, ..Inputs::default() }; groups],
+            inputs: vec![Inputs::new(settings.lambda0); groups],
             windows: vec![Window::default(); kept(groups)],
             factors: Vec::new(),
             ring: vec![[0.0; W]; groups * (high + 1)],
@@ -348,25 +348,7 @@ impl Bank {
     /// Forgets all of this loop, but not whether its gate is open: its next sample is its first.
     pub fn reset(&mut self, index: usize) -> Result<()> {
         self.exists(index)?;
-        let fresh = Lanes::new(&self.settings.P0);
-        for c in self.columns_of(index) {
-            let (group, slot) = (c / W, c % W);
-            for lanes in &mut self.lanes[group * self.per..(group + 1) * self.per] {
-                lanes.rows_mut().zip(fresh.rows()).for_each(|(row, fresh)| row[slot] = fresh[slot]);
-            }
-            if self.settings.errors {
-                for errors in &mut self.errors[group * self.per..(group + 1) * self.per] {
-                    (errors.eps[slot], errors.q[slot], errors.s2[slot]) = (0.0, 0.0, 0.0);
-                }
-            }
-            let inputs = &mut self.inputs[group];
-            (inputs.u_zero[slot], inputs.y_zero[slot], inputs.y_before[slot]) = (0.0, 0.0, 0.0);
-            if let Some(window) = self.windows.get_mut(group) {
-                window.clear(slot);
-            }
-            inputs.attention = true;
-            self.columns[c].started = false;
-        }
+        self.columns_of(index).for_each(|c| self.clear(c));
         Ok(())
     }
 
@@ -431,6 +413,23 @@ impl Bank {
         } else {
             (c / W * self.per + candidate, c % W)
         }
+    }
+
+    /// Forgets all of a column.
+    fn clear(&mut self, c: usize) {
+        let (group, slot) = (c / W, c % W);
+        let fresh = Lanes::new(&self.settings.P0);
+        for lanes in &mut self.lanes[group * self.per..(group + 1) * self.per] {
+            lanes.rows_mut().zip(fresh.rows()).for_each(|(row, fresh)| row[slot] = fresh[slot]);
+        }
+        for errors in self.errors.iter_mut().skip(group * self.per).take(self.per) {
+            (errors.eps[slot], errors.q[slot], errors.s2[slot]) = (0.0, 0.0, 0.0);
+        }
+        if let Some(window) = self.windows.get_mut(group) {
+            window.clear(slot);
+        }
+        self.inputs[group].clear(slot, self.settings.lambda0);
+        self.columns[c].started = false;
     }
 
     fn columns_of(&self, index: usize) -> std::ops::Range<usize> {

@@ -8,9 +8,14 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Bank;
 use super::kernel::{self, Fixed, Judge, Now, Row, W, at};
+use crate::linalg::sum;
 
 /// Groups of eight columns that go through a record together.
 const TOGETHER: usize = 4;
+
+/// Numbers of u, and of y, that are fetched at once before the groups pick theirs: what one group reads lies a row
+/// apart, further than the processor looks ahead.
+const FETCHED: usize = 32_768;
 
 /// `alpha` and the squared error stay below this, or the loop starts anew.
 const HUGE: f64 = 1e60;
@@ -38,25 +43,32 @@ impl WithSimd for Sweep<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Sweep { bank, u, y } = self;
-        let (groups, rows) = (bank.inputs.len(), bank.high + 1);
-        let samples = u.len() / bank.loops;
-        // Columns of one loop are broken together, so they go together.
-        let together = if samples > 1 && bank.copies == 1 { TOGETHER } else { groups };
-        let (start, backwards) = (bank.head, bank.backwards && samples == 1);
-        for first in (0..groups).step_by(together) {
-            let last = (first + together).min(groups);
-            bank.head = start;
-            for (u, y) in u.chunks_exact(bank.loops).zip(y.chunks_exact(bank.loops)) {
-                for i in first..last {
-                    sample(simd, bank, if backwards { last - 1 - i } else { i }, u, y);
+        let (groups, rows, loops) = (bank.inputs.len(), bank.high + 1, bank.loops);
+        // Columns of one loop may break together, so they go together.
+        let (alone, all) = (u.len() == loops, u.len() == loops || bank.copies > 1);
+        let together = if all { groups } else { TOGETHER };
+        let block = if all { u.len().max(loops) } else { (FETCHED / loops).max(16) * loops };
+        let backwards = bank.backwards && alone;
+        bank.backwards ^= alone;
+        for (u, y) in u.chunks(block).zip(y.chunks(block)) {
+            if together < groups {
+                std::hint::black_box((sum(u), sum(y)));
+            }
+            let start = bank.head;
+            for first in (0..groups).step_by(together) {
+                let last = (first + together).min(groups);
+                bank.head = start;
+                for (u, y) in u.chunks_exact(loops).zip(y.chunks_exact(loops)) {
+                    for i in first..last {
+                        sample(simd, bank, if backwards { last - 1 - i } else { i }, u, y);
+                    }
+                    if bank.broken {
+                        bank.restart();
+                    }
+                    bank.head = (bank.head + 1) % rows;
                 }
-                if bank.broken {
-                    bank.restart();
-                }
-                bank.head = (bank.head + 1) % rows;
             }
         }
-        bank.backwards ^= samples == 1;
     }
 }
 
@@ -111,7 +123,7 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
     let splat = |x: f64| simd.splat_f64s(x);
     let fixed = Fixed {
         one: splat(1.0),
-        filter: splat(if settings.rml { 1.0 } else { 0.0 }),
+        filter: splat(if settings.rml { -1.0 } else { 0.0 }),
         D_most: splat(settings.D_most()),
         c_most: splat(settings.c_most),
         c_least: splat(-settings.c_most),
@@ -129,9 +141,11 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
         let learn = simd.greater_than_f64s(*at::<S>(&mut learn, r), splat(0.0));
         let keep = |new, old| if GATED { simd.select_f64s(learn, new, old) } else { new };
         let y_before = std::mem::replace(at::<S>(&mut inputs.y_before, r), y_now);
-        let gap = at::<S>(&mut inputs.gap, r);
-        let lambda = simd.sub_f64s(splat(settings.lambda), *gap);
-        *gap = keep(simd.mul_f64s(*gap, splat(settings.rho)), *gap);
+        let next = at::<S>(&mut inputs.lambda, r);
+        let lambda = *next;
+        // Not as a product with rho^t, which would end among the numbers that are slow to compute with.
+        let gap = simd.sub_f64s(splat(settings.lambda), lambda);
+        *next = keep(simd.negate_mul_add_e_f64s(gap, splat(settings.rho), splat(settings.lambda)), lambda);
         let now = Now::<S> { y: y_now, y_before, lambda, inverse: simd.div_f64s(splat(1.0), lambda), learn };
         let judge = bank.windows.get_mut(g).map(|window| {
             let (weight, travel) = (at::<S>(&mut window.weight, r), at::<S>(&mut window.travel, r));
@@ -178,6 +192,9 @@ impl Bank {
             && let Some(Ok(row)) = x.get(g * W..(g + 1) * W).map(Row::try_from)
         {
             return row;
+        }
+        if self.loops == 1 {
+            return [x[0]; W];
         }
         std::array::from_fn(|s| self.columns[g * W + s].source.map_or(0.0, |k| x[k]))
     }
@@ -227,7 +244,6 @@ impl Bank {
                 column.started = true;
                 column.blind = self.high;
                 (inputs.u_zero[s], inputs.y_zero[s]) = (raw[0][s], raw[1][s]);
-                inputs.gap[s] = self.settings.lambda - self.settings.lambda0;
                 (u[s], y[s]) = (0.0, 0.0);
                 self.ring[g * rows..(g + 1) * rows].iter_mut().for_each(|row| row[s] = 0.0);
             } else if !column.started {
@@ -279,13 +295,11 @@ impl Bank {
             if !std::mem::take(&mut self.columns[c].broken) {
                 continue;
             }
-            if let Some(index) = self.columns[c].source {
-                for c in self.columns_of(index) {
-                    self.columns[c].broken = false;
-                    self.columns[c].restarts += 1;
-                }
-                // The loop exists, so there is nothing to refuse.
-                self.reset(index).unwrap_or_default();
+            // All columns of its loop, but where a register is not full.
+            for c in self.columns[c].source.map_or(c..c + 1, |index| self.columns_of(index)) {
+                self.columns[c].broken = false;
+                self.columns[c].restarts += 1;
+                self.clear(c);
             }
         }
     }

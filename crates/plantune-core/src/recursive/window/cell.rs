@@ -103,7 +103,8 @@ fn descend(rows: &Rows, m: usize, start: [f64; SHARED], free: Free) -> Option<Fo
 
 /// Whether a free c would lower the squared errors by more than chance.
 fn is_coloured(rows: &Rows, m: usize, white: &Found) -> bool {
-    let Some(triangle) = linearised(rows, m, &white.theta, true) else { return false };
+    let all = Free { b2: true, c: true };
+    let Some(triangle) = linearised(rows, m, &white.theta, all) else { return false };
     let columns = |own: usize| (0..own).chain(SHARED..white.theta.len()).collect::<Vec<_>>();
     let b = if white.free.b2 { 3 } else { 2 };
     let mut with = columns(b);
@@ -113,11 +114,11 @@ fn is_coloured(rows: &Rows, m: usize, white: &Found) -> bool {
     white.cost > EXACT * rows.N() as f64 && white.cost - left > COLOURED * s2
 }
 
-/// The triangle at `a, b1, b2, c` and what belongs to the stretches, with a column of its own for `b2`, and for
-/// `c` where it is free.
-pub(super) fn linearised(rows: &Rows, m: usize, theta: &[f64], c: bool) -> Option<Triangle> {
-    let searched = theta.iter().enumerate().filter(|&(j, _)| c || j != 3).map(|(_, x)| *x);
-    Cell::new(rows, m, Free { b2: true, c }).linearise(&searched.collect::<Vec<f64>>())
+/// The triangle at `a, b1, b2, c` and what belongs to the stretches, with columns of those that are free.
+pub(super) fn linearised(rows: &Rows, m: usize, theta: &[f64], free: Free) -> Option<Triangle> {
+    let is_searched = |j: usize| (free.b2 || j != 2) && (free.c || j != 3);
+    let searched = theta.iter().enumerate().filter(|&(j, _)| is_searched(j)).map(|(_, x)| *x);
+    Cell::new(rows, m, free).linearise(&searched.collect::<Vec<f64>>())
 }
 
 /// One delay, and which coefficients are searched.

@@ -14,32 +14,23 @@
 //! Ljung 1999, 7.2 and 7.4; the exact delay as in source 001, (3.5-46), with a fraction.
 
 mod cell;
+mod plant;
 mod predictor;
+mod scaled;
 
 use std::ops::{Range, RangeInclusive};
 
-use statrs::function::erf::erf;
-
-use self::cell::{EXACT, Found, OWN, Rows, SHARED, linearised, search};
+use self::cell::{Found, SHARED};
 pub use self::predictor::Predictor;
+use self::scaled::Scaled;
 use crate::error::{Error, Result};
-use crate::linalg::{extent, solve};
 use crate::model::Fopdt;
 
-/// Shortest and longest time constant searched, in samples.
-const TIMES: (f64, f64) = (0.2, 1e5);
-
-/// Rows beside the parameters that a fit needs.
-const SPARE: usize = 2;
-
-/// Pivots below this share mean that the rows do not tell parameters apart.
-const RANK_TOLERANCE: f64 = 1e-9;
-
-/// Likelihood against that of the best, from which on a minimum counts.
-const UNLIKELY: f64 = 1e-6;
-
-/// The same, below which a delay is out of the question for now.
+/// Likelihood against that of the best, below which a delay is out of the question for now.
 const HOPELESS: f64 = 1e-9;
+
+/// Where the search begins in the dark: `a, b1, b2, c`.
+const UNKNOWN: [f64; SHARED] = [0.5, 0.0, 0.0, 0.0];
 
 /// Rows kept, and how they fall into stretches.
 #[derive(Clone, Debug)]
@@ -56,7 +47,7 @@ pub struct Window {
     counts: Vec<bool>,
     starts: Vec<Begin>,
     /// `a, b1, b2, c` of each cell at the last fit, in the units of the signals.
-    warm: Vec<[f64; 4]>,
+    warm: Vec<[f64; SHARED]>,
     /// Cells that the last fit found out of the question.
     hopeless: Vec<bool>,
     /// The cell of these that is searched all the same.
@@ -75,8 +66,10 @@ struct Begin {
 pub struct Estimate {
     /// The most probable plant.
     pub model: Fopdt,
-    /// Covariance of `K, T, L, O`; row-major.
+    /// Covariance of `K, T, L, O` over all plants that are possible; row-major.
     pub P: [f64; 16],
+    /// Whether the rows speak for a delay beyond the range.
+    pub outside: bool,
     /// `O` in `y = G u + O`, of the last stretch.
     pub offset: f64,
     /// Coefficient of the noise, `C = 1 + c q^-1`.
@@ -125,7 +118,7 @@ impl Window {
         }
         let cells = nk.start() - 1..=nk.end() - 1;
         let count = cells.clone().count();
-        let (warm, hopeless) = (vec![[0.5, 0.0, 0.0, 0.0]; count], vec![false; count]);
+        let (warm, hopeless) = (vec![UNKNOWN; count], vec![false; count]);
         let room = || Vec::with_capacity(2 * most);
         let starts = vec![Begin { row: 0, gap: true }];
         Ok(Window {
@@ -151,6 +144,11 @@ impl Window {
     /// Whether it holds none.
     pub fn is_empty(&self) -> bool {
         self.y.is_empty()
+    }
+
+    /// Rows since the level began, or the signals.
+    pub fn level_len(&self) -> usize {
+        self.y.len() - self.starts.last().map_or(0, |start| start.row)
     }
 
     /// The last rows, at most `count`, oldest first.
@@ -225,12 +223,11 @@ impl Window {
 
     fn search(&mut self, range: Range<usize>, is_due: impl Fn(usize) -> bool) -> Option<Estimate> {
         let scaled = Scaled::new(self, range)?;
-        let last = *self.cells.end();
-        let inside = |m: usize| self.fraction && m < last;
-        let due = self.cells.clone().zip(&self.warm).enumerate();
-        let found: Vec<Option<Found>> = due
-            .map(|(i, (m, warm))| if is_due(i) { scaled.search(m, *warm, inside(m)) } else { None })
-            .collect();
+        let cells = self.cells.clone().zip(&self.warm).enumerate();
+        let search = |(i, (m, warm)): (usize, (usize, &[f64; SHARED]))| {
+            is_due(i).then(|| scaled.search(m, *warm)).flatten()
+        };
+        let found: Vec<Option<Found>> = cells.map(search).collect();
         for (warm, found) in self.warm.iter_mut().zip(&found) {
             if let Some(found) = found {
                 *warm = scaled.physical(&found.theta);
@@ -241,199 +238,118 @@ impl Window {
         for (i, hopeless) in self.hopeless.iter_mut().enumerate() {
             *hopeless = weights[i] < HOPELESS && i.abs_diff(best) > 1;
         }
-        scaled.estimate(&found, &weights, best, self.cells.clone())
+        scaled.estimate(&found, &weights, best)
     }
 }
 
-/// The rows of a fit in scaled units.
-struct Scaled {
-    rows: Rows,
-    Ts: f64,
-    u0: f64,
-    y0: f64,
-    /// What one unit of u and of y becomes.
-    su: f64,
-    sy: f64,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
 
-/// A minimum as a plant.
-#[derive(Clone)]
-struct Plant {
-    model: Fopdt,
-    P: [f64; 16],
-    offset: f64,
-    predictor: Predictor,
-}
+    const TS: f64 = 0.02;
+    const O: f64 = 583.451;
 
-impl Scaled {
-    fn new(window: &Window, range: Range<usize>) -> Option<Self> {
-        let (u, y) = (&window.u[range.clone()], &window.y[range.clone()]);
-        let (u0, y0) = (*u.first()?, *y.first()?);
-        let factor = |x: &[f64]| {
-            let (low, high) = extent(x);
-            if high > low { 1.0 / (high - low) } else { 1.0 }
-        };
-        let (su, sy) = (factor(u), factor(y));
-        let history = window.cells.end() + 2;
-        let begin = |s: &Begin| (s.row.max(range.start) - range.start, s.gap || s.row <= range.start);
-        let inside = |s: &&Begin| s.row < range.end;
-        let starts: Vec<(usize, bool)> = window.starts.iter().filter(inside).map(begin).collect();
-        let from = starts.iter().rposition(|s| s.0 == 0).unwrap_or(0);
-        let mut stretches: Vec<Range<usize>> = Vec::new();
-        let mut ready = 0; // from here on every lag of u is there
-        for (k, &(row, gap)) in starts.iter().enumerate().skip(from) {
-            if gap || row == 0 {
-                ready = row + history;
-            }
-            let end = starts.get(k + 1).map_or(u.len(), |next| next.0);
-            let stretch = ready.max(row + 1)..end;
-            if stretch.len() > OWN && stretch.start < end {
-                stretches.push(stretch);
-            }
+    fn plant(L: f64) -> Fopdt {
+        Fopdt { K: -5.939, T: 0.1491, L }
+    }
+
+    /// An input that steps, and the plant's answer from rest.
+    fn record(L: f64, rows: usize, seed: u64) -> (Vec<f64>, Vec<f64>) {
+        let levels = white(rows, seed);
+        let u: Vec<f64> = (0..rows).map(|k| 30.0 + if k < 20 { 0.0 } else { levels[k / 11] }).collect();
+        let moved: Vec<f64> = u.iter().map(|u| u - 30.0).collect();
+        let level = plant(L).K * 30.0 + O;
+        (u, plant(L).simulate(&moved, TS, 0.0).iter().map(|y| y + level).collect())
+    }
+
+    fn window(u: &[f64], y: &[f64], fraction: bool) -> Window {
+        let mut window = Window::new(TS, 1..=9, fraction, 400).expect("sound");
+        u.iter().zip(y).for_each(|(&u, &y)| window.push(u, y, true));
+        window
+    }
+
+    fn close(estimate: &Estimate, truth: &Fopdt, share: f64) {
+        let Fopdt { K, T, L } = estimate.model;
+        let far = [K / truth.K - 1.0, T / truth.T - 1.0, (L - truth.L) / truth.T, estimate.offset / O - 1.0];
+        assert!(far.iter().all(|x| x.abs() < share), "{truth:?}: {:?} {}", estimate.model, estimate.offset);
+    }
+
+    #[test]
+    fn without_noise_any_delay_is_exact() {
+        for L in [0.0, 0.013, 0.1, 0.107, 0.1399] {
+            let (u, y) = record(L, 120, 3);
+            let estimate = window(&u, &y, true).fit().expect("a plant");
+            close(&estimate, &plant(L), 1e-7);
+            assert!((estimate.delays[(L / TS).round() as usize] - 1.0).abs() < 1e-9);
         }
-        let a = |T: f64| (-1.0 / T).exp();
-        let rows = Rows {
-            u: u.iter().map(|u| (u - u0) * su).collect(),
-            y: y.iter().map(|y| (y - y0) * sy).collect(),
-            counts: window.counts[range].to_vec(),
-            stretches,
-            a: (a(TIMES.0), a(TIMES.1)),
-        };
-        let parameters = 4 + OWN * rows.stretches.len();
-        (rows.N() >= parameters + SPARE && !rows.stretches.is_empty()).then_some(Scaled {
-            rows,
-            Ts: window.Ts,
-            u0,
-            y0,
-            su,
-            sy,
-        })
     }
 
-    fn search(&self, m: usize, warm: [f64; SHARED], inside: bool) -> Option<Found> {
-        let [a, b1, b2, c] = warm;
-        let gain = self.sy / self.su;
-        search(&self.rows, m, [a, b1 * gain, b2 * gain, c], inside)
+    /// In any units, and after more rows than the window holds.
+    #[test]
+    fn units_and_old_rows_do_not_matter() {
+        let (u, y) = record(0.107, 900, 4);
+        let scaled = |x: &[f64], by: f64| x.iter().map(|x| x * by).collect::<Vec<f64>>();
+        let here = window(&u, &y, true).fit().expect("a plant").model;
+        let there = window(&scaled(&u, 1e6), &scaled(&y, 1e-6), true).fit().expect("a plant").model;
+        assert!((there.K / here.K / 1e-12 - 1.0).abs() < 1e-9 && (there.T / here.T - 1.0).abs() < 1e-9);
+        let other: Vec<f64> = (0..500).map(|k| f64::from(k % 7)).chain(u[500..].iter().copied()).collect();
+        close(&window(&other, &y, true).fit().expect("a plant"), &plant(0.107), 1e-6);
     }
 
-    /// Coefficients in the units of the signals.
-    fn physical(&self, theta: &[f64]) -> [f64; SHARED] {
-        let gain = self.su / self.sy;
-        [theta[0], theta[1] * gain, theta[2] * gain, theta[3]]
+    #[test]
+    fn a_level_that_jumped_costs_the_plant_nothing() {
+        let (u, mut y) = record(0.1, 200, 5);
+        y[120..].iter_mut().for_each(|y| *y += 60.0);
+        let mut knowing = window(&u, &y, true);
+        assert!((knowing.fit().expect("a plant").model.K / plant(0.1).K - 1.0).abs() > 0.05);
+        knowing.new_level(80);
+        let found = knowing.fit().expect("a plant");
+        assert!((found.model.K / plant(0.1).K - 1.0).abs() < 1e-6, "{:?}", found.model);
+        assert!((found.offset - O - 60.0).abs() < 1e-4, "{}", found.offset);
     }
 
-    /// Likelihood at the minimum of each cell, that of the best being 1.
-    fn weights(&self, found: &[Option<Found>]) -> Vec<f64> {
-        let half = 0.5 * self.rows.N() as f64;
-        let floor = EXACT * self.rows.N() as f64;
-        let cost = |f: &Option<Found>| f.as_ref().map_or(f64::INFINITY, |f| f.cost + floor);
-        let least = found.iter().map(cost).fold(f64::INFINITY, f64::min);
-        found.iter().map(|f| (-half * (cost(f) / least).ln()).exp()).collect()
+    /// After a gap neither state nor inputs are known.
+    #[test]
+    fn a_gap_costs_its_history() {
+        let (u, y) = record(0.1, 120, 6);
+        let (other_u, other_y) = record(0.1, 120, 7);
+        let mut both = window(&u, &y, true);
+        both.gap();
+        other_u.iter().zip(&other_y).skip(40).for_each(|(&u, &y)| both.push(u, y, true));
+        close(&both.fit().expect("a plant"), &plant(0.1), 1e-6);
     }
 
-    fn estimate(
-        &self,
-        found: &[Option<Found>],
-        weights: &[f64],
-        best: usize,
-        cells: RangeInclusive<usize>,
-    ) -> Option<Estimate> {
-        let N = self.rows.N();
-        let weight = |i: usize| weights.get(i).copied().unwrap_or(0.0);
-        let (mut modes, mut shown) = (Vec::new(), None);
-        for (i, at) in found.iter().enumerate() {
-            let is_minimum =
-                weight(i) >= weight(i.wrapping_sub(1)).max(weight(i + 1)) && weight(i) > UNLIKELY;
-            let Some(at) = at.as_ref().filter(|_| i == best || is_minimum) else { continue };
-            let plant = self.plant(at, cells.start() + i);
-            if i == best {
-                shown = plant.clone();
-            }
-            modes.extend(plant.map(|plant| Mode { model: plant.model, P: plant.P, weight: weights[i] }));
-        }
-        let sum: f64 = modes.iter().map(|mode| mode.weight).sum();
-        modes.iter_mut().for_each(|mode| mode.weight /= sum);
-        let (shown, fit) = (shown?, found[best].as_ref()?);
-        let parameters = fit.parameters();
-        let s2 = fit.cost / (N - parameters) as f64 / (self.sy * self.sy);
-        let delays = cells.map(|m| delay_share(&modes, m as f64, self.Ts)).collect();
-        Some(Estimate {
-            model: shown.model,
-            P: shown.P,
-            offset: shown.offset,
-            c: fit.theta[3],
-            s2,
-            N,
-            rss: fit.cost / (self.sy * self.sy),
-            modes,
-            delays,
-            predictor: shown.predictor,
-        })
-    }
-
-    /// The plant of a minimum, the covariance of `K, T, L, O`, and `O`; None where the rows leave it open.
-    fn plant(&self, found: &Found, m: usize) -> Option<Plant> {
-        let theta = &found.theta;
-        let (a, b1, b2) = (theta[0], theta[1], theta[2]);
-        let triangle = linearised(&self.rows, m, theta, found.free.c)?;
-        let n = triangle.n() - 1;
-        let columns: Vec<usize> = (0..n).collect();
-        let solution = solve(&triangle, &columns, n, RANK_TOLERANCE).ok()?;
-        let s2 = found.cost / (self.rows.N() - found.parameters()) as f64;
-        let K = (b1 + b2) / (1.0 - a);
-        let T = -self.Ts / a.ln();
-        let share = b1 / K; // 1 - e^(-(Ts-f)/T)
-        let f = (self.Ts + T * (1.0 - share).ln()).clamp(0.0, self.Ts);
-        let d = theta[theta.len() - OWN];
-        // Rows of the map from a, b1, b2 and the last d to K, T, L, O.
-        let (K_a, K_b) = (K / (1.0 - a), 1.0 / (1.0 - a));
-        let T_a = self.Ts / (a * a.ln().powi(2));
-        let per_share = -T / (1.0 - share);
-        let share_a = -b1 / (K * K) * K_a;
-        let share_b1 = 1.0 / K - b1 / (K * K) * K_b;
-        let share_b2 = -b1 / (K * K) * K_b;
-        let L_a = T_a * (1.0 - share).ln() + per_share * share_a;
-        let gain = self.su / self.sy;
-        let (O_a, O_d) = (d / (1.0 - a).powi(2), 1.0 / (1.0 - a));
-        let map = [
-            [K_a * gain, K_b * gain, K_b * gain, 0.0],
-            [T_a, 0.0, 0.0, 0.0],
-            [L_a, per_share * share_b1, per_share * share_b2, 0.0],
-            [
-                O_a / self.sy - gain * self.u0 * K_a,
-                -gain * self.u0 * K_b,
-                -gain * self.u0 * K_b,
-                O_d / self.sy,
-            ],
-        ];
-        let own = [0, 1, 2, n - OWN];
-        let mut P = [0.0; 16];
-        for (ij, p) in P.iter_mut().enumerate() {
-            let (left, right) = (&map[ij / 4], &map[ij % 4]);
-            for (i, l) in own.iter().zip(left) {
-                for (j, r) in own.iter().zip(right) {
-                    *p += s2 * l * r * solution.inverse_gram[i * n + j];
+    /// White noise on y and on the equation, with and without a fraction: 95 % intervals.
+    #[test]
+    fn intervals_hold_in_their_share() {
+        for (L, fraction, of_equation) in
+            [(0.1, false, false), (0.107, true, false), (0.107, true, true), (0.1, false, true)]
+        {
+            let mut held = [0; 3];
+            for seed in 0..200 {
+                let (u, mut y) = record(L, 300, 1000 + seed);
+                let (mut state, a) = (0.0, (-TS / plant(L).T).exp());
+                for (y, e) in y.iter_mut().zip(white(300, seed)) {
+                    state = if of_equation { a * state + 0.1 * e } else { 0.3 * e };
+                    *y += state;
                 }
+                let estimate = window(&u, &y, fraction).fit().expect("a plant");
+                let (sd, Fopdt { K, T, L: delay }) = (estimate.sd(), estimate.model);
+                let far = [K - plant(L).K, T - plant(L).T, delay - L];
+                (0..3).for_each(|i| held[i] += usize::from(far[i].abs() <= 1.96 * sd[i] + 1e-9));
             }
+            assert!(
+                held.iter().all(|held| (180..=200).contains(held)),
+                "{L} {fraction} {of_equation}: {held:?}"
+            );
         }
-        let model = Fopdt { K: K * gain, T, L: m as f64 * self.Ts + f };
-        let offset = self.y0 - model.K * self.u0 + d / (1.0 - a) / self.sy;
-        let mut own_P = [0.0; 16];
-        for (ij, p) in own_P.iter_mut().enumerate() {
-            *p = solution.inverse_gram[own[ij / 4] * n + own[ij % 4]];
-        }
-        let predictor =
-            Predictor::new([a, b1, b2, theta[3], d], own_P, s2, m, [self.u0, self.su, self.y0, self.sy]);
-        let finite = P.iter().chain([&model.K, &T, &f, &offset]).all(|x| x.is_finite());
-        finite.then_some(Plant { model, P, offset, predictor })
     }
-}
 
-/// Probability that `L` rounds to `m` samples.
-fn delay_share(modes: &[Mode], m: f64, Ts: f64) -> f64 {
-    let below = |mode: &Mode, samples: f64| {
-        let (away, sd) = (samples * Ts - mode.model.L, mode.P[10].sqrt());
-        if sd > 0.0 { 0.5 * (1.0 + erf(away / sd / std::f64::consts::SQRT_2)) } else { f64::from(away > 0.0) }
-    };
-    modes.iter().map(|mode| mode.weight * (below(mode, m + 0.5) - below(mode, m - 0.5))).sum()
+    #[test]
+    fn an_input_at_rest_tells_no_plant() {
+        let y: Vec<f64> = white(200, 9);
+        assert!(window(&[1.0; 200], &y, true).fit().is_none());
+        assert_eq!(Window::new(TS, 0..=3, true, 100).expect_err("nk = 0").code(), "U01");
+    }
 }
