@@ -305,7 +305,8 @@ BENCHES = [
     Bench(
         f"One loop, one delay, N = {N:.0e}",
         [
-            Contestant("recursive.Bank.run", partial(bank, N, 1, **ONE)),
+            Contestant("recursive.Bank.run", partial(bank, N, 1, **ONE, errors=False)),
+            Contestant("with errors", partial(bank, N, 1, **ONE)),
             *[Contestant("recursive.ARMAX.run", partial(armax, N))] * THERE,
             Contestant("plain recursion, Rust", partial(plain, N, 1, **ONE)),
             Contestant("the same for any x86-64", partial(plain, N, 1, **ONE, options=())),
