@@ -8,7 +8,8 @@
 `inspect` lists what is wrong with a file before that.
 Stages, in the order of the work: `prep analyze estimate validate tune simulate`; `job` runs them
 all, `report` and `plot` show the result, `export` takes it to a controller, `recursive` learns
-sample by sample, `datasets` brings records to try.  Stages load when first used.
+sample by sample, `edge` links to plants, `datasets` brings records to try.  Stages load when first
+used.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from plantune import adapt as adapt
     from plantune import analyze as analyze
     from plantune import datasets as datasets
+    from plantune import edge as edge
     from plantune import estimate as estimate
     from plantune import export as export
     from plantune import job as job
@@ -66,6 +69,7 @@ _HOME: dict[str, str | None] = {
     "models": None,
     "datasets": None,
     "prep": None,
+    "adapt": None,
     "analyze": None,
     "estimate": None,
     "recursive": None,
@@ -73,6 +77,7 @@ _HOME: dict[str, str | None] = {
     "tune": None,
     "simulate": None,
     "job": None,
+    "edge": None,
     "export": None,
     "plot": None,
     "report": None,

@@ -6,15 +6,18 @@ built from it; square and stacked arrays come flat, notes as dicts.
 """
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import Unpack
 
+from plantune.adapt.settings import Settings
 from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
 from plantune.notes import Limits
 from plantune.record import Record
+from plantune.recursive import Trace
 from plantune.simulate import Actuator, Schedule, VaryingPlant
 from plantune.tune.optimal import Wish
 from plantune.validate import Verdict
@@ -27,6 +30,7 @@ Band: TypeAlias = tuple[Floats, Floats]
 Interval: TypeAlias = tuple[float, float]
 Fields: TypeAlias = dict[str, Any]
 Model: TypeAlias = LinearModel | None  # of a fit; None is refused (U01)
+Forgetting: TypeAlias = Literal["exponential", "directional", "variable", "kalman"]
 Drawn: TypeAlias = tuple[Model, Floats, int, float, float | None]  # `Fit.drawn_from`
 
 # --- records, limits ---------------------------------------------------------------------------
@@ -273,6 +277,45 @@ def simulate_relay(
 ) -> tuple[Floats, Floats]:
     """Input and measured output (N,) under a relay, which takes over after `rest` rows."""
 
+class LoopSimulator:
+    """A first-order plant under a sampled PID, one sample at a time."""
+
+    def __init__(
+        self,
+        K: float,
+        T: float,
+        L: float,
+        Ts: float,
+        pid: PID,
+        *,
+        offset: float = 0.0,
+        u0: float = 0.0,
+        longest: float = 0.0,
+        actuator: Actuator | None = None,
+        y_step: float = 0.0,
+        anti_windup: str = "clamping",
+        Tt: float | None = None,
+    ) -> None: ...
+    def step(self, r: float, noise: float = 0.0) -> tuple[float, float]:
+        """Go to the next sample: `u` from there on, and the `y` read there."""
+
+    def hold(self, r: float, u: float, noise: float = 0.0) -> tuple[float, float]:
+        """Go to the next sample in manual: the output is `u` within its limits."""
+
+    def set(self, pid: PID) -> None:
+        """Take other controller settings from the next sample on, without a bump."""
+
+    def set_plant(self, K: float, T: float, L: float, offset: float) -> None:
+        """Take other parameters of the plant: they bring it to the next sample."""
+
+    @property
+    def pid(self) -> PID:
+        """The settings at work."""
+
+    @property
+    def plant(self) -> tuple[float, float, float, float]:
+        """`K, T, L, offset` now."""
+
 # --- findings and fits -------------------------------------------------------------------------
 
 def health(rec: Record, limits: Limits) -> Fields:
@@ -308,7 +351,7 @@ def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
 # --- estimators that learn one sample at a time -------------------------------------------------
 
 class RLS:
-    """Recursive least squares with exponential forgetting."""
+    """Recursive least squares for any model linear in its parameters."""
 
     def __init__(
         self,
@@ -316,7 +359,23 @@ class RLS:
         lam: float = 1.0,
         P0: float | Sequence[Sequence[float]] | Floats = 1e6,
         theta0: Sequence[float] | Floats | None = None,
+        *,
+        forgetting: Forgetting = "exponential",
+        lam0: float | None = None,
+        rho: float | None = None,
+        R1: float | Sequence[float] | Floats | None = None,
+        R2: float = 1.0,
+        clip: float | None = None,
+        P_max: float | None = None,
     ) -> None: ...
+    def begin(
+        self,
+        phi: Sequence[Sequence[float]] | Floats,
+        y: Sequence[float] | Floats,
+        rows: int | None = None,
+    ) -> int:
+        """Start from least squares on the first rows; return how many that took."""
+
     def update(self, phi: Sequence[float] | Floats, y: float) -> float:
         """Learn one sample and return the prior prediction error."""
 
@@ -328,8 +387,20 @@ class RLS:
         """Parameters (n,)."""
 
     @property
+    def sd(self) -> Floats:
+        """Their standard deviations (n,)."""
+
+    @property
     def P(self) -> Floats:
         """Their covariance (n, n) in units of the noise variance, exactly symmetric."""
+
+    @property
+    def noise_sd(self) -> float:
+        """Standard deviation of the noise."""
+
+    @property
+    def expected_digits(self) -> Floats:
+        """Decimal digits to which each parameter is that of least squares (n,)."""
 
     @property
     def factors(self) -> tuple[Floats, Floats]:
@@ -346,6 +417,135 @@ class RLS:
     @property
     def lam(self) -> float:
         """Forgetting factor."""
+
+    @property
+    def lam0(self) -> float:
+        """Forgetting factor of the first sample."""
+
+    @property
+    def forgetting(self) -> Forgetting:
+        """How it forgets."""
+
+    @property
+    def clip(self) -> float | None:
+        """Standard deviations at which errors are cut."""
+
+class Options(TypedDict, total=False):
+    """Keywords of `ARX`, `ARMAX`, `OE` and `BJ`."""
+
+    lam: float
+    offset: bool
+    P0: float | Sequence[Sequence[float]] | Floats | None
+    theta0: Sequence[float] | Floats | None
+    Ts: float | None
+    forgetting: Forgetting
+    lam0: float | None
+    rho: float | None
+    R1: float | Sequence[float] | Floats | None
+    R2: float
+    clip: float | None
+    alarm: bool
+    gate: bool | float | None
+    window: int | None
+    P_max: float | None
+
+class Recursion:
+    """What the recursive estimators of the polynomial family have in common."""
+
+    def step(self, u: float, y: float) -> float:
+        """Learn one sample and return the prediction error; NaN while lags are missing."""
+
+    def skip(self, u: float) -> None:
+        """Go on without an output."""
+
+    def restart(self) -> None:
+        """Forget all signals, as after a gap."""
+
+    def run(self, rec: Record, every: int = 1) -> Trace:
+        """Learn a record: `step` in a loop, to the last bit."""
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the coefficients."""
+
+    @property
+    def theta(self) -> Floats:
+        """Coefficients."""
+
+    @property
+    def sd(self) -> Floats:
+        """Their standard deviations."""
+
+    @property
+    def P(self) -> Floats:
+        """Their covariance, and the constant's, in units of the noise variance."""
+
+    @property
+    def offset(self) -> float:
+        """`O` in `y = G u + O`."""
+
+    @property
+    def offset_sd(self) -> float:
+        """Its standard deviation."""
+
+    @property
+    def noise_sd(self) -> float:
+        """Standard deviation of the noise."""
+
+    @property
+    def alarms(self) -> int:
+        """Steps of the offset seen so far."""
+
+    @property
+    def samples(self) -> int:
+        """Samples taken in so far."""
+
+    @property
+    def learnt(self) -> bool:
+        """Whether the last sample was learnt."""
+
+    @property
+    def lam(self) -> float:
+        """Forgetting factor of the next sample."""
+
+    @property
+    def Ts(self) -> float | None:
+        """Sample time, seconds."""
+
+    @property
+    def model(self) -> PolyModel:
+        """The model at this moment."""
+
+class ARX(Recursion):
+    """Recursive ARX."""
+
+    def __init__(self, na: int, nb: int, nk: int = 1, **options: Unpack[Options]) -> None: ...
+
+class ARMAX(Recursion):
+    """Recursive ARMAX."""
+
+    def __init__(
+        self,
+        na: int,
+        nb: int,
+        nc: int,
+        nk: int = 1,
+        *,
+        method: Literal["rml", "els"] = "rml",
+        **options: Unpack[Options],
+    ) -> None: ...
+
+class OE(Recursion):
+    """Recursive output-error model."""
+
+    def __init__(self, nb: int, nf: int, nk: int = 1, **options: Unpack[Options]) -> None: ...
+
+class BJ(Recursion):
+    """Recursive Box-Jenkins model."""
+
+    def __init__(
+        self, nb: int, nc: int, nd: int, nf: int, nk: int = 1, **options: Unpack[Options]
+    ) -> None: ...
 
 class Bank:
     """First-order ARMAX with offset, for each of many loops at each of several delays."""
@@ -562,3 +762,29 @@ def step_band(model: Model, P: Floats, input: int, t: Floats) -> Band:
 
 def bode_band(model: Model, P: Floats, input: int, w: Floats) -> tuple[Band, Band]:
     """95 % bands of the magnitude and of the phase in degrees."""
+
+# --- adapt -------------------------------------------------------------------------------------
+
+class AutoTuner:
+    """The auto-tuner of one loop; `plantune.adapt.AutoTuner` makes its decisions values."""
+
+    def __init__(self, settings: Settings) -> None: ...
+    def step(self, t: float, r: float, u: float, y: float, aux: Sequence[float]) -> Fields:
+        """Take a sample, NaN where a signal is missing; fields of `Decision`."""
+
+    def tables(self) -> tuple[list[list[float]], list[float], list[float]] | None:
+        """Axes, flat values of the tables of Kp and of Ki; None without a gain schedule."""
+
+    def gap(self) -> None:
+        """Say that the next sample does not follow the last one."""
+
+    def run(
+        self,
+        t: Floats,
+        r: Floats,
+        u: Floats,
+        y: Floats,
+        aux: Floats,
+        starts: Sequence[int],
+    ) -> Fields:
+        """`step` for each row, with a gap before every row of `starts` but the first."""

@@ -45,3 +45,14 @@ def column(name: str) -> str:
     ('temp', 'column 2')
     """
     return f"column {name}" if name.isdecimal() else name
+
+
+def counted(count: int, noun: str) -> str:
+    """Return how many of something there are; a noun with a regular plural.
+
+    Examples
+    --------
+    >>> counted(0, "alarm"), counted(1, "alarm"), counted(4, "retuning")
+    ('no alarm', '1 alarm', '4 retunings')
+    """
+    return f"{count or 'no'} {noun}{'s' if count > 1 else ''}"

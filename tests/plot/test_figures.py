@@ -57,9 +57,15 @@ def relay_test(**more):
     return pt.tune.relay(named), named
 
 
+def adapted(rec, **more):
+    pid = pt.models.PID(Kp=-0.2, Ti=1.5)
+    return pt.adapt.replay(rec, pt.adapt.Settings(Ts=0.1, nk=(1, 9), controller=pid, **more))
+
+
 @pytest.fixture(scope="module")
 def figures(rec, fits, verdicts, tuning, response):
     return {
+        "adapt": plot.adapt(adapted(rec), of=rec),
         "record": plot.record(rec, fresh=verdicts[0]),
         "compare": plot.compare(*verdicts, of=rec),
         "residuals": plot.residuals(verdicts[0], of=rec),
@@ -330,3 +336,38 @@ def test_the_border_and_the_cloud_share_one_plane(figures):
     border, cloud = trace(fig, "unstable beyond"), trace(fig, "models that the data leave open")
     assert abs(np.median(cloud.x)) < 0.5 and abs(np.median(cloud.y) - 1) < 0.1
     assert np.all(np.diff(border.y) <= 1e-9)
+
+
+def test_adapt_draws_the_log_with_its_events(rec):
+    loaded = simulated(aux={"load": np.where(np.arange(600) < 300, 0.0, 10.0)})
+    points = {"break_points": {"load": [0.0, 10.0]}, "margins": {"load": 2.0}}
+    log = adapted(loaded, **points)
+    fig = plot.adapt(log, of=loaded)
+    begins = trace(fig, "operating point begins")
+    assert_array_equal(begins.x, [0.0, 30.0])
+    assert (begins.marker.symbol, begins.yaxis) == ("cross-thin", "y")
+    dots = [t for t in fig.data if t.name == "accepted"]
+    assert [t.yaxis for t in dots] == ["y2", "y3", "y4"]
+    for t, x in zip(dots, (log.K, log.T, log.L), strict=True):
+        assert_array_equal(t.x, log.t[log.accepted])
+        assert_array_equal(t.y, x[log.accepted])
+    low, high = (
+        t for t in fig.data if t.name in (None, "two standard deviations") and t.yaxis == "y2"
+    )
+    first = np.flatnonzero(log.accepted)[0]
+    assert high.y[0] - low.y[0] == pytest.approx(4 * log.sd[first, 0])
+    rings = [t for t in fig.data if t.name == "retuned"]
+    assert_array_equal(rings[0].x, log.t[log.retuned])
+    assert {"K [cm/%]", "T [s]", "L [s]", "Kp [%/cm]", "Ki [%/cm/s]"} <= set(axis_titles(fig))
+
+
+def test_adapt_draws_a_log_in_which_nothing_was_accepted():
+    still = pt.Record(u=np.full(300, 1.0), y=np.full(300, 2.0), Ts=0.1)
+    fig = plot.adapt(adapted(still))
+    assert "0 estimates accepted" in fig.layout.title.text
+
+
+def test_adapt_of_a_long_log_stays_few_points(rec):
+    log = adapted(simulated(N=20_000), every=200)
+    fig = plot.adapt(log)
+    assert all(len(t.x) <= 4 * BUCKETS for t in fig.data)

@@ -9,12 +9,14 @@
 //! | `Kp Ti Td Tf` | PID, standard form |
 //!
 //! Modules, each importing only from those before it: `error note limits` · `linalg poly stats` ·
-//! `record excitation relation regress signal` · `model` · `sim` · `batch recursive` · `analyze` · `validate` · `tune`.
+//! `record excitation relation regress signal` · `model` · `sim` · `batch recursive` · `analyze` · `validate` · `tune` ·
+//! `adapt`.
 
 #![deny(unsafe_code)]
 // The field's letters keep their case: N, K, T, L, Ts, A(q).
 #![allow(non_snake_case)]
 
+pub mod adapt;
 pub mod analyze;
 pub mod batch;
 pub mod error;

@@ -52,7 +52,7 @@ fn random_plants_are_tuned_within_their_limits() {
 
 /// The claim of the documentation, counted: `make test-all`.
 #[test]
-#[ignore = "a minute or two"]
+#[ignore = "about ten minutes"]
 fn ten_thousand_random_plants_are_tuned_within_their_limits() {
     plants(10_000, 2);
 }

@@ -6,6 +6,7 @@
 #![allow(non_snake_case)]
 #![allow(missing_docs)]
 
+mod adapt;
 mod analyze;
 mod bank;
 mod batch;
@@ -37,6 +38,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         validate::register,
         tune::register,
         forms::register,
+        adapt::register,
     ] {
         register(m)?;
     }

@@ -1,13 +1,14 @@
 //! Models over records and in closed loops.
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2, PyUntypedArrayMethods};
-use plantune_core::model::Pid;
+use plantune_core::model::{Fopdt, Pid};
 use plantune_core::sim::{
-    self, Actuator, AntiWindup, ClosedLoopSettings, Indices, LoopPlant, RelaySettings, Schedule, Start,
-    Table, Varying,
+    self, Actuator, AntiWindup, ClosedLoopSettings, Indices, LiveLoop, LiveSettings, LiveState, LoopPlant,
+    RelaySettings, Schedule, Start, Table, Varying,
 };
 use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
+use pyo3::types::{IntoPyDict, PyDict};
 
 use crate::error::Outcome;
 use crate::model::{ModelIn, PidIn, plant};
@@ -21,7 +22,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(closed_loop, m)?)?;
     m.add_function(wrap_pyfunction!(simulate_varying, m)?)?;
     m.add_function(wrap_pyfunction!(table, m)?)?;
-    m.add_function(wrap_pyfunction!(simulate_relay, m)?)
+    m.add_function(wrap_pyfunction!(simulate_relay, m)?)?;
+    m.add_class::<LoopSimulator>()
 }
 
 pub fn start(x0: &str) -> plantune_core::Result<Start> {
@@ -303,4 +305,163 @@ fn simulate_relay<'py>(
     let settings = RelaySettings { low, high, hysteresis, Ts, r, offset, rest, noise };
     let (u, y) = py.detach(|| sim::relay(&plant, &settings))?;
     Ok((array(py, u), array(py, y)))
+}
+
+/// A first-order plant under a sampled PID, one sample at a time; both may change at any sample.
+///
+/// Parameters
+/// ----------
+/// K, T, L : float
+///     Static gain, time constant and dead time of the plant, seconds.
+/// Ts : float
+///     Sample time, seconds.
+/// pid : PID
+///     The controller; its own `Ts` is absent or this one.
+/// offset : float
+///     `O` in `y = G u + O`.
+/// u0 : float
+///     Input at which the loop begins in equilibrium.
+/// longest : float
+///     Longest dead time that the plant may get, seconds; `L` by default.
+/// actuator : Actuator, optional
+///     Limits, rate, dead band and step of u.
+/// y_step : float
+///     Step of the y that is read; 0 for none.
+/// anti_windup, Tt : str, float
+///     As in `simulate.closed_loop`.
+///
+/// Attributes
+/// ----------
+/// pid : PID
+///     The settings at work.
+/// plant : tuple of float
+///     `K, T, L, offset` now.
+///
+/// Raises
+/// ------
+/// UsageError
+///     An argument out of its range (U01).
+/// NotIdentifiable
+///     Parameters that are no plant (M12).
+///
+/// Notes
+/// -----
+/// The same numbers as `simulate.closed_loop` with a `VaryingPlant`, to the last bit.
+/// Source 001, (3.7-20) to (3.7-25).
+///
+/// Examples
+/// --------
+/// >>> import plantune as pt
+/// >>> loop = LoopSimulator(K=2.0, T=1.0, L=0.1, Ts=0.1, pid=pt.models.PID(Kp=0.5, Ti=1.0))
+/// >>> u, y = loop.step(3.0)
+/// >>> round(u, 9), y
+/// (1.65, 0.0)
+/// >>> loop.set(pt.models.PID(Kp=1.0, Ti=1.0))
+/// >>> for _ in range(200):
+/// ...     u, y = loop.step(3.0)
+/// >>> round(u, 6), round(y, 6)
+/// (1.5, 3.0)
+#[pyclass(module = "plantune._core")]
+pub struct LoopSimulator {
+    live: LiveLoop,
+    pid: Py<PyAny>,
+    actuator: Option<Py<PyAny>>,
+    anti_windup: (String, Option<f64>),
+}
+
+/// `K, T, L, Ts, pid`.
+type LoopArguments = (f64, f64, f64, f64, Py<PyAny>);
+
+/// `x`, inputs that still act, memory of the controller, position.
+type LoopStateOut = (f64, Vec<f64>, [f64; 6], Option<f64>);
+
+#[pymethods]
+impl LoopSimulator {
+    #[new]
+    #[pyo3(signature = (K, T, L, Ts, pid, *, offset=0.0, u0=0.0, longest=0.0, actuator=None, y_step=0.0,
+                        anti_windup="clamping", Tt=None))]
+    #[allow(clippy::too_many_arguments)] // one per field of the core's settings
+    fn new(
+        K: f64,
+        T: f64,
+        L: f64,
+        Ts: f64,
+        pid: Bound<'_, PyAny>,
+        offset: f64,
+        u0: f64,
+        longest: f64,
+        actuator: Option<Bound<'_, PyAny>>,
+        y_step: f64,
+        anti_windup: &str,
+        Tt: Option<f64>,
+    ) -> Outcome<Self> {
+        let limits = actuator.as_ref().map(|a| a.extract::<ActuatorIn>()).transpose()?;
+        let settings = LiveSettings {
+            Ts,
+            longest,
+            u0,
+            actuator: limits.map_or(Actuator::default(), Actuator::from),
+            y_step,
+            anti_windup: winding(anti_windup, Tt)?,
+        };
+        let controller = pid.extract::<PidIn>()?.into();
+        let live = LiveLoop::new(&Fopdt { K, T, L }, offset, &controller, settings)?;
+        let anti_windup = (anti_windup.to_owned(), Tt);
+        Ok(LoopSimulator { live, pid: pid.unbind(), actuator: actuator.map(Bound::unbind), anti_windup })
+    }
+
+    /// Go to the next sample: the output `u` of the controller from there on, and the `y` read there.
+    #[pyo3(signature = (r, noise=0.0))]
+    fn step(&mut self, r: f64, noise: f64) -> Outcome<(f64, f64)> {
+        Ok(self.live.step(r, noise)?)
+    }
+
+    /// Go to the next sample in manual: the output is `u` within its limits, and automatic goes on from it.
+    #[pyo3(signature = (r, u, noise=0.0))]
+    fn hold(&mut self, r: f64, u: f64, noise: f64) -> Outcome<(f64, f64)> {
+        Ok(self.live.hold(r, noise, u)?)
+    }
+
+    /// Take other controller settings from the next sample on, without a bump.
+    fn set(&mut self, pid: Bound<'_, PyAny>) -> Outcome<()> {
+        self.live.set(&pid.extract::<PidIn>()?.into())?;
+        self.pid = pid.unbind();
+        Ok(())
+    }
+
+    /// Take other parameters of the plant: they bring it to the next sample.
+    fn set_plant(&mut self, K: f64, T: f64, L: f64, offset: f64) -> Outcome<()> {
+        Ok(self.live.set_plant(&Fopdt { K, T, L }, offset)?)
+    }
+
+    #[getter]
+    fn pid(&self, py: Python<'_>) -> Py<PyAny> {
+        self.pid.clone_ref(py)
+    }
+
+    #[getter]
+    fn plant(&self) -> (f64, f64, f64, f64) {
+        let (Fopdt { K, T, L }, offset) = self.live.plant().parameters();
+        (K, T, L, offset)
+    }
+
+    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<(LoopArguments, Bound<'py, PyDict>)> {
+        let ((K, T, L, offset), s) = (self.plant(), self.live.settings());
+        let named = [("offset", offset), ("u0", s.u0), ("longest", s.longest), ("y_step", s.y_step)];
+        let named = named.into_py_dict(py)?;
+        named.set_item("actuator", &self.actuator)?;
+        named.set_item("anti_windup", &self.anti_windup.0)?;
+        named.set_item("Tt", self.anti_windup.1)?;
+        Ok(((K, T, L, s.Ts, self.pid(py)), named))
+    }
+
+    fn __getstate__(&self) -> LoopStateOut {
+        let LiveState { x, past, controller, position } = self.live.state();
+        (x, past, controller, position)
+    }
+
+    fn __setstate__(&mut self, state: LoopStateOut) -> Outcome<()> {
+        let (x, past, controller, position) = state;
+        Ok(self.live.resume(LiveState { x, past, controller, position })?)
+    }
 }

@@ -4,6 +4,7 @@ from plantune.cli import convert as convert  # a command is there once its file 
 from plantune.cli import export as export
 from plantune.cli import inspect as inspect
 from plantune.cli import simulate as simulate
+from plantune.cli import watch as watch
 from plantune.cli.main import main
 
 __all__ = ["main"]

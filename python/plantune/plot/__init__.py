@@ -1,5 +1,6 @@
 """Figures of records, models and loops: each takes results and draws them, computing nothing."""
 
+from plantune.plot.adapt import adapt
 from plantune.plot.bode import bode
 from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
@@ -13,6 +14,7 @@ from plantune.plot.rules import rules
 from plantune.plot.step import step
 
 __all__ = [
+    "adapt",
     "bode",
     "closed_loop",
     "compare",

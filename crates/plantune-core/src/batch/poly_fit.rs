@@ -1,14 +1,12 @@
 //! From a least-squares solution in scaled units to the fit of a polynomial model in the record's own.
 //!
-//! The constant `d` of `A y = sum B_i/F_i u_i + d` comes back as `O = y(0) + (d - sum G_i(1) u_i(0)) / A(1)`
-//! in `y = G u + O`, its covariance by the delta rule; for an integrator as the drift.
+//! The constant comes back as the offset, its covariance by the delta rule.
 
 use super::fit::{Fit, Status, standard_deviations};
 use super::orders::Orders;
 use crate::limits::Limits;
-use crate::model::{Model, PolyModel};
+use crate::model::Model;
 use crate::note::Note;
-use crate::poly::at_one;
 use crate::record::Scale;
 
 /// Mean squared residual, of an output of at most one, that is rounding.
@@ -39,7 +37,8 @@ impl Scaled<'_> {
         let model = orders.model(&theta[..n], Ts);
         let (offset, P) = match theta.get(n) {
             Some(&d) => {
-                let (O, gradient) = self.offset(&model, d);
+                let u0: Vec<f64> = self.u.iter().map(|u| u.zero).collect();
+                let (O, gradient) = model.level(d, &u0, self.y.zero);
                 (O, with_offset(&covariance, &gradient, all))
             }
             None => (0.0, covariance),
@@ -73,28 +72,6 @@ impl Scaled<'_> {
             *constant = 1.0 / self.y.factor;
         }
         unit
-    }
-
-    /// `O` and its gradient with respect to `theta, d`.
-    fn offset(&self, model: &PolyModel, d: f64) -> (f64, Vec<f64>) {
-        let A1 = at_one(&model.A);
-        let size: f64 = model.A.iter().map(|a| a.abs()).sum();
-        let integrating = A1.abs() <= 1e-10 * size;
-        let paths = || self.u.iter().zip(model.B.iter().zip(&model.F));
-        let rest: f64 = d - paths().map(|(u, (b, f))| at_one(b) / at_one(f) * u.zero).sum::<f64>();
-        let per_d = if integrating { 1.0 } else { 1.0 / A1 };
-        let per_a = if integrating { 0.0 } else { -rest / (A1 * A1) };
-        let mut gradient = vec![per_a; model.A.len() - 1];
-        for (u, (b, f)) in paths() {
-            gradient.extend(b.iter().map(|_| -u.zero / at_one(f) * per_d));
-        }
-        gradient.extend(vec![0.0; model.C.len() + model.D.len() - 2]);
-        for (u, (b, f)) in paths() {
-            gradient.extend(f[1..].iter().map(|_| at_one(b) / at_one(f).powi(2) * u.zero * per_d));
-        }
-        gradient.push(per_d);
-        let O = if integrating { A1 * self.y.zero + rest } else { self.y.zero + rest / A1 };
-        (O, gradient)
     }
 }
 

@@ -1,5 +1,6 @@
 //! The only door to matrices: streaming QR, rank-revealing solution, eigenvalues, draws.
 
+mod congruence;
 mod draws;
 mod eigen;
 mod gram;
@@ -12,6 +13,7 @@ mod segmented;
 mod simplex;
 mod solve;
 
+pub use congruence::congruence;
 pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;

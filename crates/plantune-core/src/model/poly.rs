@@ -162,6 +162,29 @@ impl PolyModel {
         at_one(&self.B[i]) / (at_one(&self.A) * at_one(&self.F[i]))
     }
 
+    /// `O` of `y = G u + O`, where `A y = sum B_i/F_i u_i + d` holds for what the signals differ from `u0` and
+    /// `y0`, and its gradient with respect to `theta, d`:
+    /// `O = y0 + (d - sum B_i(1)/F_i(1) u0_i) / A(1)`; of an integrator the drift, `A(1) O`.
+    pub fn level(&self, d: f64, u0: &[f64], y0: f64) -> (f64, Vec<f64>) {
+        let A1 = at_one(&self.A);
+        let size: f64 = self.A.iter().map(|a| a.abs()).sum();
+        let integrating = A1.abs() <= 1e-10 * size;
+        let paths = || u0.iter().zip(self.B.iter().zip(&self.F));
+        let rest: f64 = d - paths().map(|(u0, (b, f))| at_one(b) / at_one(f) * u0).sum::<f64>();
+        let per_d = if integrating { 1.0 } else { 1.0 / A1 };
+        let per_a = if integrating { 0.0 } else { -rest / (A1 * A1) };
+        let mut gradient = vec![per_a; self.A.len() - 1];
+        for (u0, (b, f)) in paths() {
+            gradient.extend(b.iter().map(|_| -u0 / at_one(f) * per_d));
+        }
+        gradient.extend(vec![0.0; self.C.len() + self.D.len() - 2]);
+        for (u0, (b, f)) in paths() {
+            gradient.extend(f[1..].iter().map(|_| at_one(b) / at_one(f).powi(2) * u0 * per_d));
+        }
+        gradient.push(per_d);
+        (if integrating { A1 * y0 + rest } else { y0 + rest / A1 }, gradient)
+    }
+
     /// Unit step response at the given times, held between samples.
     pub fn step_response(&self, i: usize, t: &[f64]) -> Vec<f64> {
         let last = t.iter().fold(0.0f64, |m, &t| m.max(t));

@@ -169,6 +169,16 @@ impl SampledPid {
         (self.I, self.D)
     }
 
+    /// All that it remembers: integral, derivative, set point, filtered output and the one before, output.
+    pub fn state(&self) -> [f64; 6] {
+        [self.I, self.D, self.r, self.y, self.y_before, self.u]
+    }
+
+    /// Goes on from what [`SampledPid::state`] gave.
+    pub fn resume(&mut self, state: [f64; 6]) {
+        [self.I, self.D, self.r, self.y, self.y_before, self.u] = state;
+    }
+
     /// `P + D`.
     #[inline(always)]
     fn read(&mut self, r: f64, y: f64) -> f64 {

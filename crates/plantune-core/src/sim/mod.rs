@@ -7,6 +7,7 @@ mod continuous;
 mod controller;
 mod horizon;
 mod indices;
+mod live;
 mod over_record;
 mod plant;
 mod ramped;
@@ -21,6 +22,7 @@ pub use closed_loop::{ClosedLoop, LoopPlant, LoopRun, closed_loop, closed_loop_i
 pub use controller::{AntiWindup, SampledPid};
 pub use horizon::{default_horizon, load_horizon};
 pub use indices::{Indices, Watch};
+pub use live::{LiveLoop, LivePlant, LiveSettings, LiveState};
 pub use over_record::{OverRecord, Start, over_record};
 pub use plant::{Plant, SampledPlant};
 pub use relay::{RelaySettings, relay};

@@ -59,22 +59,45 @@ impl Table {
 
     /// Value at an operating point, one number per axis; NaN where one is missing or NaN. Allocates nothing.
     pub fn at(&self, point: &[f64]) -> f64 {
-        if point.len() != self.axes.len() || point.iter().any(|x| x.is_nan()) {
+        if !self.holds(point) {
             return f64::NAN;
         }
-        // Corner by corner: bit i of `corner` says which end of the interval of axis i.
-        let mut sum = 0.0;
-        for corner in 0..1usize << self.axes.len() {
-            let (mut index, mut weight) = (0, 1.0);
+        self.corners(point).map(|(node, weight)| weight * self.values[node]).sum()
+    }
+
+    /// Whether a point has a number for every axis.
+    pub fn holds(&self, point: &[f64]) -> bool {
+        point.len() == self.axes.len() && point.iter().all(|x| !x.is_nan())
+    }
+
+    /// The nodes around a point with their weights, which are of sum 1; a node may come twice, once without weight.
+    pub fn corners<'p>(&self, point: &'p [f64]) -> impl Iterator<Item = (usize, f64)> + use<'_, 'p> {
+        // Bit i of `corner` says which end of the interval of axis i.
+        (0..1usize << self.axes.len()).map(move |corner| {
+            let (mut node, mut weight) = (0, 1.0);
             for (i, (axis, &x)) in self.axes.iter().zip(point).enumerate() {
                 let (left, share) = place(axis, x);
                 let right = corner >> i & 1 == 1;
                 weight *= if right { share } else { 1.0 - share };
-                index = index * axis.len() + left + usize::from(right && share > 0.0);
+                node = node * axis.len() + left + usize::from(right && share > 0.0);
             }
-            sum += weight * self.values[index];
-        }
-        sum
+            (node, weight)
+        })
+    }
+
+    /// The points of each signal.
+    pub fn axes(&self) -> &[Vec<f64>] {
+        &self.axes
+    }
+
+    /// Values at the nodes, row-major, the last axis runs fastest.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The same, to be changed; they stay finite.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
     }
 }
 

@@ -9,11 +9,11 @@
 //! split as in [`crate::model::Fopdt`], so that constant parameters are that plant. Within a sample the
 //! parameters are those of its end, and the offset that of its beginning.
 
-use super::arc::{Decay, Shape};
 use super::indices::Watch;
-use super::plant::{Plant, delay_of};
+use super::live::LivePlant;
+use super::plant::Plant;
 use crate::error::{Error, Result};
-use crate::model::{Fopdt, Fraction, check_fopdt};
+use crate::model::{Fopdt, check_fopdt};
 
 /// Parameters of every row; one value stands for all rows.
 #[derive(Clone, Debug)]
@@ -65,25 +65,16 @@ impl Varying<'_> {
 pub struct VaryingPlant<'s> {
     parameters: &'s Varying<'s>,
     row: usize,
-    x: f64,
-    offset: f64,
-    /// The last inputs, as many as the longest delay needs; the newest at `newest`.
-    past: Vec<f64>,
-    newest: usize,
-    Ts: f64,
+    plant: LivePlant,
 }
 
 impl<'s> VaryingPlant<'s> {
     /// At rest at the input `u0` under the parameters of row 0.
     pub fn new(parameters: &'s Varying<'s>, rows: usize, Ts: f64, u0: f64) -> Result<Self> {
-        if !(Ts > 0.0 && Ts.is_finite()) {
-            return Err(Error::argument("Ts", Ts, "a positive number of seconds"));
-        }
         parameters.check(rows)?;
         let longest = parameters.L.iter().copied().fold(0.0, f64::max);
         let (first, offset) = parameters.at(0);
-        let past = vec![u0; delay_of(longest, Ts)?.m + 2];
-        Ok(VaryingPlant { parameters, row: 0, x: first.K * u0, offset, newest: 0, past, Ts })
+        Ok(VaryingPlant { parameters, row: 0, plant: LivePlant::new(&first, offset, longest, Ts, u0)? })
     }
 
     /// Holds the input at `v` for a sample and returns the output at the next one. Allocates nothing.
@@ -91,37 +82,19 @@ impl<'s> VaryingPlant<'s> {
         self.run(v, &mut ());
         self.output()
     }
-
-    /// The input of `samples` ago.
-    fn ago(&self, samples: usize) -> f64 {
-        self.past[(self.newest + self.past.len() - samples) % self.past.len()]
-    }
-
-    /// Moves `t` seconds under the input `v`.
-    fn piece(&mut self, plant: &Fopdt, t: f64, v: f64, watch: &mut impl Watch) {
-        if t > 0.0 {
-            let (goal, begin, steps) = (plant.K * v, self.x, t / plant.T);
-            self.x = goal + (begin - goal) * (-steps).exp();
-            watch.arc(t, Decay::new(begin + self.offset, self.x + self.offset, Shape::of(steps)));
-        }
-    }
 }
 
 impl Plant for VaryingPlant<'_> {
     fn output(&self) -> f64 {
-        self.x + self.offset
+        self.plant.output()
     }
 
     fn run(&mut self, v: f64, watch: &mut impl Watch) {
-        self.newest = (self.newest + 1) % self.past.len();
-        self.past[self.newest] = v;
         self.row += 1;
         let (plant, offset) = self.parameters.at(self.row);
-        let Fraction { m, f } = Fraction::of(plant.L, self.Ts);
-        let (older, newer) = (self.ago(m + 1), self.ago(m));
-        self.piece(&plant, f, older, watch);
-        self.piece(&plant, self.Ts - f, newer, watch);
-        self.offset = offset;
+        self.plant.set_model(plant);
+        self.plant.run(v, watch);
+        self.plant.set_offset(offset);
     }
 }
 

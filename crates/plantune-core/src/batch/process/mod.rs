@@ -23,7 +23,7 @@ use super::sampling::sampling;
 use crate::error::{Error, Result};
 use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
-use crate::linalg::{Solution, Triangle, dot, residual_norm2, solve};
+use crate::linalg::{Solution, Triangle, congruence, dot, residual_norm2, solve};
 use crate::model::Fopdt;
 use crate::note::{Note, Place};
 use crate::record::Record;
@@ -165,19 +165,7 @@ impl Problem<'_, '_> {
             map[3][0] = -gain_unit * self.scale_u.zero;
             map[3][1] = 1.0 / self.scale_y.factor;
         }
-        let mut P = Vec::with_capacity(map.len() * map.len());
-        for left in &map {
-            for right in &map {
-                let mut sum = 0.0;
-                for (i, l) in left.iter().enumerate() {
-                    for (j, r) in right.iter().enumerate() {
-                        sum += l * r * solution.inverse_gram[i * all + j];
-                    }
-                }
-                P.push(s2 * sum);
-            }
-        }
-        P
+        congruence(&map, |i, j| s2 * solution.inverse_gram[i * all + j])
     }
 
     /// Refuses a model that explains no more than the best of as many random inputs would (X04).

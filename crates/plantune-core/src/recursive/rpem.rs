@@ -1,0 +1,616 @@
+//! Recursive prediction errors of the polynomial family,
+//! `A(q) y(t) = B(q)/F(q) u(t - nk) + d + C(q)/D(q) e(t)`, one sample at a time.
+//!
+//! ```text
+//! w    = B/F u,  v = A y - w - d,  e = y - phi' theta(t)            a posteriori: of the newest theta
+//! eps  = y - phi' theta(t-1)
+//! psi  = the gradient of the prediction (RML), or phi (ELS)         regressor.rs
+//! theta <- theta + L eps,  C, D, F kept stable                      forgetting.rs, projection.rs
+//! ```
+//!
+//! ARX, ARMAX, OE and BJ are orders of it. `psi = phi` is extended least squares, the pseudo-linear regression: it
+//! converges where `1/C - 1/2` is positive real; RML does wherever the search of the batch estimator would.
+//! Ljung 1999, 11.4 and 11.5; Söderström and Stoica 1989, chapter 9; source 001, (3.7-7) to (3.7-11).
+//!
+//! The offset is a parameter, the `1` in `phi`, on data less their first sample; `O` in `y = G u + O` follows from it.
+//! Nothing is learnt until every lag lies in the segment ([`Structure::history`]); up to there the noise is taken
+//! for zero, `w = A y - d`. The memory of signals moves on whatever happens: while the input rests (gate.rs), and
+//! where an output is missing and its prediction stands for it. An alarm (innovation.rs) opens the offset alone.
+
+use super::forgetting::{Forgetting, Scheme};
+use super::gate::Gate;
+use super::innovation::{FIRST, Innovation};
+use super::projection;
+use super::regressor::{Newest, Regressor};
+use super::rls::{overflow, restore};
+use super::room::{Room, VECTORS, with_room};
+use super::ud::Ud;
+use crate::error::{Error, Result};
+use crate::model::PolyModel;
+
+/// Radius for the roots of `C`: beyond it errors of the start would stay in the gradient.
+const RADIUS_C: f64 = 0.98;
+
+/// Radius for the roots of `D` and `F`, which may be slow.
+const RADIUS: f64 = 0.999;
+
+/// Halvings of a step that leads outside before it is not taken at all.
+const HALVINGS: usize = 30;
+
+/// What a start without knowledge knows of the coefficients of the path and of the noise, `D_j = known/travel^2`: a
+/// sample in which the signal has gone as far as it went before weighs so many noise variances against the start.
+/// With an equation error the first samples may decide; `C` had better wait until there are errors to speak of.
+const EQUATION: Known = Known { path: 1e6, noise: 10.0 };
+
+/// From nowhere a simulated output leads anywhere, and `C/D` takes the errors of an unknown path for noise that
+/// wanders: the first samples may not decide, and the noise waits longest.
+const SIMULATED: Known = Known { path: 10.0, noise: 1.0 };
+
+/// The same for what is forgotten later.
+const LEAST_KNOWN: f64 = 1e6;
+
+/// Samples per parameter that are looked at before anything is simulated, to see how far signals go; then they are
+/// learnt all at once.
+const LOOK: usize = 20;
+
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    path: f64,
+    noise: f64,
+}
+
+/// Innovations judged before any is cut where an output is simulated: early parameters stay in it.
+const FIRST_SIMULATED: f64 = 200.0;
+
+/// Variance that an alarm gives the constant, in noise variances.
+const BUMP: f64 = 1e3;
+
+/// Numbers of free coefficients in the order of `theta`, the delay, and whether there is a constant behind them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Structure {
+    /// Of `A`.
+    pub na: usize,
+    /// Of `B`.
+    pub nb: usize,
+    /// Of `C`.
+    pub nc: usize,
+    /// Of `D`.
+    pub nd: usize,
+    /// Of `F`.
+    pub nf: usize,
+    /// Delay in samples.
+    pub nk: usize,
+    /// Whether a constant is estimated.
+    pub offset: bool,
+}
+
+impl Structure {
+    /// Coefficients, and the constant.
+    pub fn n(&self) -> usize {
+        self.coefficients() + usize::from(self.offset)
+    }
+
+    /// Coefficients `a b c d f`.
+    pub fn coefficients(&self) -> usize {
+        self.na + self.nb + self.nc + self.nd + self.nf
+    }
+
+    /// Rows until every lag lies in the segment.
+    pub fn history(&self) -> usize {
+        self.na.max(self.nf).max(self.nk + self.nb - 1)
+    }
+
+    /// `a1 … b1 … c1 … d1 … f1 …`.
+    pub fn names(&self) -> Vec<String> {
+        let each = |(letter, n): (char, usize)| (1..=n).map(move |k| format!("{letter}{k}"));
+        let orders = [('a', self.na), ('b', self.nb), ('c', self.nc), ('d', self.nd), ('f', self.nf)];
+        orders.into_iter().flat_map(each).collect()
+    }
+
+    /// The model of these coefficients.
+    pub fn model(&self, theta: &[f64], Ts: f64) -> PolyModel {
+        let ones = |n: usize| [vec![1.0], vec![0.0; n]].concat();
+        let mut model = PolyModel {
+            A: ones(self.na),
+            B: vec![vec![0.0; self.nb]],
+            C: ones(self.nc),
+            D: ones(self.nd),
+            F: vec![ones(self.nf)],
+            nk: vec![self.nk],
+            Ts,
+        };
+        model.set_theta(&theta[..self.coefficients()]);
+        model
+    }
+}
+
+/// How an estimator of the family learns.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// How it forgets.
+    pub scheme: Scheme,
+    /// Whether `psi` is the gradient (RML) or `phi` (ELS).
+    pub gradient: bool,
+    /// Covariance of the start, `(n, n)` row-major, in noise variances; none: no knowledge, in any units.
+    pub P0: Option<Vec<f64>>,
+    /// Coefficients of the start; zero when absent.
+    pub theta0: Option<Vec<f64>>,
+    /// Most that an entry of `D` of `P = U D U'` may become.
+    pub P_max: Option<f64>,
+    /// Standard deviations to which innovations are cut.
+    pub clip: Option<f64>,
+    /// Whether steps of the offset are watched for.
+    pub watch: bool,
+    /// Gate on the motion of the input.
+    pub gate: Option<Gate>,
+}
+
+/// An estimator on its way along a record.
+#[derive(Clone, Debug)]
+pub struct Rpem {
+    structure: Structure,
+    theta: Vec<f64>, // (n): a b c d f, constant
+    P: Ud,
+    forgetting: Forgetting,
+    innovation: Innovation,
+    gate: Option<Gate>,
+    regressor: Regressor,
+    u: Vec<f64>,      // (nk) inputs on their way, a ring
+    next: usize,      // the oldest of them
+    age: usize,       // samples of this segment, up to the history
+    wait: usize,      // samples until no output in phi is a prediction
+    zero: [f64; 2],   // u and y of the first sample
+    travel: [f64; 2], // most that they were away from it
+    begun: bool,
+    known: Option<Known>, // unless a covariance was given
+    closed: usize,        // parameters not in play yet
+    seen: Vec<[f64; 2]>,  // u, y while looking; NaN where there was no y
+    looking: bool,
+    room: Vec<f64>,   // (VECTORS, n)
+    before: Vec<f64>, // (n) the parameters before a step, for what is seldom needed
+    schur: Vec<f64>,  // a polynomial
+    samples: f64,
+    alarms: f64,
+    learnt: bool,
+}
+
+impl Rpem {
+    /// At its first sample. U01: settings out of their range.
+    pub fn new(structure: Structure, settings: Settings) -> Result<Self> {
+        if structure.nb == 0 {
+            return Err(Error::argument("nb", 0, "at least 1"));
+        }
+        let (n, most) = (structure.n(), structure.nk.saturating_add(structure.coefficients()));
+        if most > LARGEST_ORDER {
+            return Err(Error::argument("nk", structure.nk, "with the orders at most 100000"));
+        }
+        let mut P = match &settings.P0 {
+            Some(P0) => Ud::of_matrix(n, P0)?,
+            None => Ud::diagonal(vec![0.0; n]),
+        };
+        if let Some(most) = settings.P_max {
+            if !(most > 0.0) {
+                return Err(Error::argument("P_max", most, "positive"));
+            }
+            P.bound(most);
+        }
+        if let Some(clip) = settings.clip.filter(|clip| !(*clip > 0.0)) {
+            return Err(Error::argument("clip", clip, "a positive number of standard deviations"));
+        }
+        let mut theta = vec![0.0; n];
+        if let Some(theta0) = &settings.theta0 {
+            if theta0.len() != structure.coefficients() || theta0.iter().any(|x| !x.is_finite()) {
+                let needed = format!("{} finite numbers", structure.coefficients());
+                return Err(Error::argument("theta0", format!("{theta0:?}"), &needed));
+            }
+            theta[..theta0.len()].copy_from_slice(theta0);
+        }
+        Ok(Rpem {
+            structure,
+            theta,
+            closed: if settings.P0.is_some() { 0 } else { n },
+            looking: settings.P0.is_none() && structure.nf > 0,
+            seen: Vec::with_capacity(LOOK * n),
+            known: match settings.P0 {
+                Some(_) => None,
+                None if structure.nf > 0 => Some(SIMULATED),
+                None => Some(EQUATION),
+            },
+            P,
+            forgetting: Forgetting::new(settings.scheme, n)?,
+            innovation: Innovation::new(
+                settings.clip,
+                settings.watch && structure.offset,
+                if structure.nf > 0 { FIRST_SIMULATED } else { FIRST },
+            ),
+            gate: settings.gate,
+            regressor: Regressor::new(structure, settings.gradient),
+            u: vec![0.0; structure.nk],
+            next: 0,
+            age: 0,
+            wait: 0,
+            zero: [0.0; 2],
+            travel: [0.0; 2],
+            begun: false,
+            room: vec![0.0; VECTORS * n],
+            before: Vec::with_capacity(n),
+            schur: Vec::with_capacity(n + 1),
+            samples: 0.0,
+            alarms: 0.0,
+            learnt: false,
+        })
+    }
+
+    /// Learns from the output `y` read at `t`; `u` is the input applied from `t` on.
+    ///
+    /// Returns the prediction error `y - phi' theta(t-1)`; none while lags are missing. Allocates nothing. On error
+    /// (U01: not finite; N02: overflow) the state is unchanged.
+    #[inline]
+    pub fn step(&mut self, u: f64, y: f64) -> Result<Option<f64>> {
+        if !y.is_finite() {
+            return Err(Error::argument("y", y, "a finite number; skip(u) is for an output that is missing"));
+        }
+        if self.looking {
+            return self.look(u, y);
+        }
+        with_room!(self.theta.len(), self.room, |n, room| self.step_n(n, room, u, Some(y)))
+    }
+
+    /// Goes on without an output: it is missing at `t`, or does not count.
+    pub fn skip(&mut self, u: f64) -> Result<()> {
+        if self.looking {
+            return self.look(u, f64::NAN).map(|_| ());
+        }
+        let (n, mut lent) = (self.theta.len(), std::mem::take(&mut self.room));
+        let result = self.step_n(n, &mut Room::of(n, &mut lent), u, None);
+        self.room = lent;
+        result.map(|_| ())
+    }
+
+    /// Forgets all signals, as after a gap; parameters and covariance go on.
+    pub fn restart(&mut self) {
+        self.regressor.restart();
+        self.u.fill(0.0);
+        (self.next, self.age, self.wait) = (0, 0, 0);
+        self.seen.clear();
+        self.gate.iter_mut().for_each(Gate::restart);
+    }
+
+    #[inline(always)]
+    fn step_n(&mut self, n: usize, room: &mut Room<'_>, u: f64, y: Option<f64>) -> Result<Option<f64>> {
+        if !u.is_finite() {
+            return Err(Error::argument("u", u, "a finite number"));
+        }
+        if !self.begun {
+            let Some(y) = y else { return Ok(None) };
+            self.begin(u, y)?;
+        }
+        let [u0, y0] = self.zero;
+        let (u, y) = (u - u0, y.map(|y| y - y0));
+        let delayed = if self.structure.nk == 0 { u } else { self.u[self.next] };
+        self.regressor.look(n, room, &self.theta, delayed);
+        let predicted = product(n, room.phi, &self.theta);
+        let filling = self.age < self.structure.history();
+        let (now, eps) = match y {
+            Some(y) => (y, y - predicted),
+            None if filling => (self.regressor.last_y(), 0.0),
+            None => (predicted, 0.0),
+        };
+        let q = self.P.weigh(n, room);
+        if !(u * u + now * now + eps * eps + q).is_finite() {
+            return Err(overflow());
+        }
+
+        // The sample is accepted; from here on the state changes.
+        self.travel = [self.travel[0].max(u.abs()), self.travel[1].max(now.abs())];
+        let moving = self.gate.as_mut().is_none_or(|gate| gate.look(u));
+        self.learnt = moving && !filling && self.wait == 0 && y.is_some();
+        let left = if self.learnt { self.learn(n, room, now, eps, q) } else { eps };
+        let newest = self.newest(n, room, now, left, filling);
+        self.regressor.keep(n, room, newest);
+        self.pass(u, y.is_some());
+        Ok((y.is_some() && !filling).then_some(eps))
+    }
+
+    /// Looks at a sample (NaN: no output) until there are enough and the input has moved; then learns them all.
+    #[cold]
+    fn look(&mut self, u: f64, y: f64) -> Result<Option<f64>> {
+        if !u.is_finite() {
+            return Err(Error::argument("u", u, "a finite number"));
+        }
+        if !(u * u + if y.is_nan() { 0.0 } else { y * y }).is_finite() {
+            return Err(overflow());
+        }
+        if self.seen.is_empty() && y.is_nan() {
+            return Ok(None);
+        }
+        let full = LOOK * self.theta.len();
+        if self.seen.len() == full {
+            self.seen.remove(0);
+        }
+        self.seen.push([u, y]);
+        self.samples += 1.0;
+        let [u0, y0] = self.seen[0];
+        let far = |i: usize, zero: f64| self.seen.iter().map(|s| (s[i] - zero).abs()).fold(0.0, f64::max);
+        let travel =
+            if self.structure.offset { [far(0, u0), far(1, y0)] } else { [far(0, 0.0), far(1, 0.0)] };
+        if self.seen.len() < full || travel[0] == 0.0 {
+            return Ok(None);
+        }
+        (self.looking, self.travel) = (false, travel);
+        self.samples -= full as f64;
+        self.open();
+        let seen = std::mem::take(&mut self.seen);
+        let mut last = None;
+        for &[u, y] in &seen {
+            last = if y.is_nan() { self.skip(u).map(|()| None)? } else { self.step(u, y)? };
+        }
+        Ok(last)
+    }
+
+    /// What the first sample fixes.
+    #[cold]
+    fn begin(&mut self, u: f64, y: f64) -> Result<()> {
+        if !(u * u + y * y).is_finite() {
+            return Err(overflow());
+        }
+        self.begun = true;
+        if self.structure.offset {
+            self.zero = [u, y];
+        }
+        Ok(())
+    }
+
+    /// Brings `theta` and `P` past this sample; returns the error that is left, `y - phi' theta(t)`.
+    #[inline(always)]
+    fn learn(&mut self, n: usize, room: &mut Room<'_>, y: f64, eps: f64, mut q: f64) -> f64 {
+        // What is called from here must not be handed the room, or it could not be registers.
+        if self.closed > 0 {
+            self.open();
+            q = self.P.weigh(n, room);
+        }
+        let v = 1.0 + q * self.forgetting.spread();
+        let judged = self.innovation.judge(eps, v, self.travel[1]);
+        if judged.alarm {
+            self.open_constant();
+            q = self.P.weigh(n, room);
+        }
+        let scale = self.forgetting.learn(n, &mut self.P, room, q, judged);
+        let (theta, before, b) = (&mut self.theta[..n], &mut room.before[..n], &room.b[..n]);
+        before.copy_from_slice(theta);
+        for k in 0..n {
+            theta[k] += b[k] * scale;
+        }
+        // The second is the first, without waiting for theta.
+        if self.project(before) {
+            y - product(n, room.phi, &self.theta)
+        } else {
+            eps - product(n, room.phi, room.b) * scale
+        }
+    }
+
+    /// After an alarm.
+    #[cold]
+    fn open_constant(&mut self) {
+        self.alarms += 1.0;
+        self.P.add_to(self.theta.len() - 1, BUMP);
+    }
+
+    /// Of a start without knowledge, brings parameters into play once their signals have moved.
+    #[cold]
+    fn open(&mut self) {
+        let Some(known) = self.known else { return };
+        let Structure { na, nb, nc, nd, .. } = self.structure;
+        let (a, c, f) = (na, na + nb, na + nb + nc + nd);
+        for j in 0..self.theta.len() {
+            let (known, travel) = if j == self.structure.coefficients() {
+                (known.path, 1.0)
+            } else if (a..c).contains(&j) {
+                (known.path, self.travel[0])
+            } else {
+                (if (c..f).contains(&j) { known.noise } else { known.path }, self.travel[1])
+            };
+            let per = 1.0 / (travel * travel);
+            if self.P.factors().1[j] == 0.0 && per.is_finite() {
+                self.P.open(j, known * per, LEAST_KNOWN * per);
+                self.closed -= 1;
+            }
+        }
+    }
+
+    /// Keeps `C`, `D` and `F` stable; whether that changed the parameters.
+    #[inline(always)]
+    fn project(&mut self, before: &[f64]) -> bool {
+        let Structure { na, nb, nc, nd, nf, .. } = self.structure;
+        let (c, d, f) = (na + nb, na + nb + nc, na + nb + nc + nd);
+        // Not one after the other with `||`: each must be brought back.
+        self.keep_stable(c, nc, RADIUS_C, before)
+            | self.keep_stable(d, nd, RADIUS, before)
+            | self.keep_stable(f, nf, RADIUS, before)
+    }
+
+    #[inline(always)]
+    fn keep_stable(&mut self, from: usize, order: usize, radius: f64, before: &[f64]) -> bool {
+        match &mut self.theta[from..from + order] {
+            [] => false,
+            [p1] => projection::one(p1, radius),
+            [p1, p2] => projection::two(p1, p2, radius),
+            _ => {
+                self.before.clear();
+                self.before.extend_from_slice(before);
+                self.halve(from, order, radius)
+            }
+        }
+    }
+
+    /// Halves the step of all parameters until the polynomial is stable.
+    #[cold]
+    fn halve(&mut self, from: usize, order: usize, radius: f64) -> bool {
+        for k in 0..=HALVINGS {
+            if projection::inside(&self.theta[from..from + order], radius, &mut self.schur) {
+                return k > 0;
+            }
+            let share = if k < HALVINGS { 0.5 } else { 0.0 };
+            for (theta, before) in self.theta.iter_mut().zip(&self.before) {
+                *theta = before + share * (*theta - before);
+            }
+        }
+        true
+    }
+
+    /// What this sample leaves for the regressor of the next: `y`, `e`, `v` and `w` of the newest `theta`.
+    #[inline(always)]
+    fn newest(&self, n: usize, room: &Room<'_>, y: f64, e: f64, filling: bool) -> Newest {
+        let mut newest = Newest { minus_y: -y, e: if filling { 0.0 } else { e }, ..Newest::default() };
+        if self.structure.nd + self.structure.nf > 0 {
+            let (w, v) = self.regressor.paths(n, room, &self.theta, y, !filling);
+            (newest.minus_w, newest.minus_v) = (-w, -v);
+        }
+        newest
+    }
+
+    /// Moves on to the next sample.
+    #[inline(always)]
+    fn pass(&mut self, u: f64, counts: bool) {
+        let Structure { na, nk, .. } = self.structure;
+        if nk > 0 {
+            self.u[self.next] = u;
+            self.next = if self.next + 1 == nk { 0 } else { self.next + 1 };
+        }
+        self.age = (self.age + 1).min(self.structure.history());
+        self.wait = if counts { self.wait.saturating_sub(1) } else { na };
+        self.samples += 1.0;
+    }
+
+    /// Orders and delay.
+    pub fn structure(&self) -> Structure {
+        self.structure
+    }
+
+    /// Coefficients `a b c d f`.
+    pub fn theta(&self) -> &[f64] {
+        &self.theta[..self.structure.coefficients()]
+    }
+
+    /// The constant `d`, on data less their first sample.
+    pub fn constant(&self) -> f64 {
+        if self.structure.offset { self.theta[self.theta.len() - 1] } else { 0.0 }
+    }
+
+    /// Covariance of the coefficients, then of the constant, in units of the noise variance.
+    pub fn P(&self) -> &Ud {
+        &self.P
+    }
+
+    /// How it forgets.
+    pub fn forgetting(&self) -> &Forgetting {
+        &self.forgetting
+    }
+
+    /// Standard deviations of the coefficients; infinite where nothing is known yet.
+    pub fn sd(&self) -> Vec<f64> {
+        (0..self.structure.coefficients()).map(|j| self.covariance(j, j).sqrt()).collect()
+    }
+
+    /// Standard deviation of the noise; infinite before anything was judged.
+    pub fn noise_sd(&self) -> f64 {
+        self.innovation.s2().sqrt()
+    }
+
+    /// `O` in `y = G u + O`, in the units of the signals, with its standard deviation; the drift of an integrator.
+    pub fn offset(&self) -> (f64, f64) {
+        if !self.structure.offset {
+            return (0.0, 0.0);
+        }
+        let [u0, y0] = self.zero;
+        let (O, gradient) = self.model(1.0).level(self.constant(), &[u0], y0);
+        let n = gradient.len();
+        let term = |ij: usize| match gradient[ij / n] * gradient[ij % n] {
+            0.0 => 0.0,
+            product => product * self.covariance(ij / n, ij % n),
+        };
+        (O, (0..n * n).map(term).sum::<f64>().max(0.0).sqrt())
+    }
+
+    /// The model at this moment.
+    pub fn model(&self, Ts: f64) -> PolyModel {
+        self.structure.model(&self.theta, Ts)
+    }
+
+    /// Steps of the offset that were seen.
+    pub fn alarms(&self) -> usize {
+        self.alarms as usize
+    }
+
+    /// Samples taken in, learnt or not.
+    pub fn samples(&self) -> usize {
+        self.samples as usize
+    }
+
+    /// Whether the last sample was learnt.
+    pub fn learnt(&self) -> bool {
+        self.learnt
+    }
+
+    fn covariance(&self, i: usize, j: usize) -> f64 {
+        if i == j && self.P.factors().1[i] == 0.0 {
+            return f64::INFINITY;
+        }
+        self.innovation.s2() * self.forgetting.spread() * self.P.at(i, j)
+    }
+
+    /// Every number of the state; the settings are not among them.
+    pub fn state(&self) -> Vec<f64> {
+        let mut all = Vec::new();
+        self.clone().numbers(&mut |x| all.push(*x));
+        all
+    }
+
+    /// Goes on from where another with the same settings stood.
+    pub fn resume(&mut self, state: &[f64]) -> Result<()> {
+        let mut other = self.clone();
+        restore(state, |visit| other.numbers(visit))?;
+        *self = other;
+        Ok(())
+    }
+
+    fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        self.theta.iter_mut().for_each(&mut *visit);
+        self.P.numbers(visit);
+        self.forgetting.numbers(visit);
+        self.innovation.numbers(visit);
+        self.gate.iter_mut().for_each(|gate| gate.numbers(visit));
+        self.regressor.numbers(visit);
+        self.u.rotate_left(self.next);
+        self.next = 0;
+        self.u.iter_mut().for_each(&mut *visit);
+        let [u0, y0] = &mut self.zero;
+        let [most_u, most_y] = &mut self.travel;
+        let Rpem { samples, alarms, .. } = self;
+        [u0, y0, most_u, most_y, samples, alarms].into_iter().for_each(&mut *visit);
+        let mut whole = [self.age, self.wait, self.closed, self.seen.len()].map(|n| n as f64);
+        whole.iter_mut().for_each(&mut *visit);
+        [self.age, self.wait, self.closed] = [whole[0], whole[1], whole[2]].map(|x| x as usize);
+        let full = LOOK * self.theta.len();
+        self.seen.reserve_exact(full.saturating_sub(self.seen.len()));
+        self.seen.resize((whole[3] as usize).min(full), [0.0; 2]);
+        self.seen.iter_mut().flatten().for_each(&mut *visit);
+        let mut flags = [self.begun, self.learnt, self.looking].map(|yes| f64::from(u8::from(yes)));
+        flags.iter_mut().for_each(&mut *visit);
+        [self.begun, self.learnt, self.looking] = flags.map(|x| x != 0.0);
+    }
+}
+
+/// Delay and orders together.
+const LARGEST_ORDER: usize = 100_000;
+
+/// `x' y` of the first `n` entries.
+#[inline(always)]
+fn product(n: usize, x: &[f64], y: &[f64]) -> f64 {
+    let (x, y) = (&x[..n], &y[..n]);
+    let mut sum = 0.0;
+    for k in 0..n {
+        sum += x[k] * y[k];
+    }
+    sum
+}

@@ -1,0 +1,12 @@
+//! Estimators that learn one sample at a time: compiled classes, since a wrapper would cost more than a sample.
+
+mod family;
+mod options;
+mod rls;
+
+use pyo3::prelude::*;
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<rls::Rls>()?;
+    family::register(m)
+}

@@ -1,0 +1,165 @@
+"""What an auto-tuner decided along a record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plantune.adapt.settings import Settings
+from plantune.notes import Note, notes_from_core
+from plantune.record import Floats, Record
+from plantune.text import counted
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AdaptLog:
+    """Decisions of every sample as columns.
+
+    Attributes
+    ----------
+    t, r, u, y : array (N,)
+        The samples, read or simulated; seconds, and the units of the record.
+    K, T, L, offset : array (N,)
+        The last estimate, NaN before the first.
+    sd : array (N, 4)
+        Standard deviations of `K`, `T`, `L` and the offset.
+    delays : array (N, delays)
+        Probability of each delay of `nk`.
+    nk : array (delays,)
+        The delays, samples.
+    merged : array (N, 3)
+        `K`, `T`, `L` from which the settings follow, NaN before the first acceptance.
+    Kp, Ki : array (N,)
+        Settings at work from that sample on.
+    target : array (N, 2)
+        `Kp` and `Ki` that the rule asks for.
+    operating_point : list of tuple or None
+        Break points of each sample.
+    time_to_target : array (N,)
+        Expected seconds until K and T are as sure as aimed at.
+    accepted, fitted, retuned, new_point, alarm, changed : array (N,) of bool
+        What happened at a sample; see `Decision`.
+    reasons : list of (int, tuple of Note)
+        Rows at which something was not done, and why.
+    settings : Settings
+        What the tuner was asked for.
+    source : str
+        Fingerprint of the record; empty where there is none.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> pid = pt.models.PID(Kp=-0.018, Ti=0.0532)
+    >>> settings = pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pid)
+    >>> print(pt.adapt.replay(pt.datasets.engine_loop(noise_var=1.5, seed=3), settings))
+    AdaptLog: 3000 samples, 290 estimates accepted, first at 2.18 s; 4 retunings, no alarm
+      K = -5.9403 (0.011), T = 0.14873 (0.0015) s, L = 0.1 (0.0012) s
+      Kp = -0.13232, Ki = -0.88537
+    """
+
+    t: Floats
+    r: Floats
+    u: Floats
+    y: Floats
+    K: Floats
+    T: Floats
+    L: Floats
+    offset: Floats
+    sd: Floats
+    delays: Floats
+    nk: NDArray[np.int64]
+    merged: Floats
+    Kp: Floats
+    Ki: Floats
+    target: Floats
+    operating_point: list[tuple[int, ...] | None]
+    time_to_target: Floats
+    accepted: Flags
+    fitted: Flags
+    retuned: Flags
+    new_point: Flags
+    alarm: Flags
+    changed: Flags
+    reasons: list[tuple[int, tuple[Note, ...]]]
+    settings: Settings
+    source: str
+
+    def to_record(self) -> Record:
+        """Return the log as a record, with the decisions as further signals.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> rec = pt.datasets.engine_loop(t_end=2.0)
+        >>> pid = pt.models.PID(Kp=-0.018, Ti=0.0532)
+        >>> log = pt.adapt.replay(rec, pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pid))
+        >>> sorted(log.to_record().aux)[:4]
+        ['K', 'Ki', 'Kp', 'L']
+        """
+        columns = {name: getattr(self, name) for name in ("K", "T", "L", "offset", "Kp", "Ki")}
+        flags = ("accepted", "retuned", "alarm", "changed")
+        events = {name: getattr(self, name).astype(float) for name in flags}
+        return Record(
+            u=self.u,
+            y=self.y,
+            r=self.r,
+            Ts=self.settings.Ts,
+            t0=float(self.t[0]),
+            aux={name: np.nan_to_num(x) for name, x in {**columns, **events}.items()},
+        )
+
+    def __str__(self) -> str:
+        accepted, retuned = np.flatnonzero(self.accepted), np.flatnonzero(self.retuned)
+        first = f"first at {self.t[accepted[0]]:.4g} s" if len(accepted) else "none"
+        lines = [
+            f"AdaptLog: {len(self.t)} samples, {len(accepted)} estimates accepted, {first}; "
+            f"{counted(len(retuned), 'retuning')}, {counted(int(self.alarm.sum()), 'alarm')}",
+        ]
+        if len(accepted):
+            k = accepted[-1]
+            sd = self.sd[k]
+            lines.append(
+                f"  K = {self.K[k]:.5g} ({sd[0]:.2g}), T = {self.T[k]:.5g} ({sd[1]:.2g}) s, "
+                f"L = {self.L[k]:.5g} ({sd[2]:.2g}) s"
+            )
+            lines.append(f"  Kp = {self.Kp[-1]:.5g}, Ki = {self.Ki[-1]:.5g}")
+        return "\n".join(lines)
+
+
+def log_of(
+    d: Mapping[str, Any], signals: tuple[Floats, ...], settings: Settings, source: str
+) -> AdaptLog:
+    """Make a log of what the core sends."""
+    t, r = signals
+    model, controller, target = d["model"], d["controller"], d["target"]
+    names = ("accepted", "fitted", "retuned", "new_point", "alarm", "changed")
+    flags = {name: d["flags"][:, i] for i, name in enumerate(names)}
+    return AdaptLog(
+        t=t,
+        r=r,
+        u=d["u"],
+        y=d["y"],
+        K=model[:, 0],
+        T=model[:, 1],
+        L=model[:, 2],
+        offset=d["offset"],
+        sd=d["sd"],
+        delays=d["delays"],
+        nk=np.arange(settings.nk[0], settings.nk[1] + 1),
+        merged=d["merged"],
+        Kp=controller[:, 0],
+        Ki=controller[:, 0] / controller[:, 1],
+        target=np.stack([target[:, 0], target[:, 0] / target[:, 1]], axis=1),
+        operating_point=[None if node is None else tuple(node) for node in d["node"]],
+        time_to_target=d["time_to_target"],
+        reasons=[(row, notes_from_core(notes)) for row, notes in d["reasons"]],
+        settings=settings,
+        source=source,
+        **flags,
+    )

@@ -1,0 +1,1 @@
+"""Recursive estimators, and the records they are tried on."""
