@@ -124,7 +124,7 @@ def bound(u: np.ndarray) -> np.ndarray:
 
 
 def sure(seeds: Sequence[int] = range(60)) -> np.ndarray:
-    """Return when K and T are sure to 2 %, and when that was expected at 2, 3 and 4 s; (runs, 4)."""
+    """Return when K and T are sure to 2 %, and when that was expected at 2, 3 and 4 s."""
     rows = []
     for seed in seeds:
         log = loop(OURS, seed, 15.0, noise=NOISE_VAR**0.5)
