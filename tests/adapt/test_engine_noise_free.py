@@ -32,7 +32,9 @@ def times(run):
     known = lasting(np.max(error[:, :2], axis=1) < 0.01)
     chosen = [max(d.delay_posterior, key=d.delay_posterior.get) for d in run.decisions]
     delay = lasting((np.abs(run.models[:, 2] - L) < 0.001) & (np.array(chosen) == 6))
-    gains = [(np.nan, np.nan) if d.target is None else (d.target.Kp, d.target.Ki) for d in run.decisions]
+    gains = [
+        (np.nan, np.nan) if d.target is None else (d.target.Kp, d.target.Ki) for d in run.decisions
+    ]
     target = lasting(np.max(np.abs(np.array(gains) / TARGET - 1), axis=1) < 0.01)
     return [run.t[k] - run.first_move if k < len(run.t) else np.inf for k in (known, delay, target)]
 

@@ -65,7 +65,8 @@ def test_step_by_step_equals_the_record(rows, every, bank):
     log = pt.adapt.replay(rec, settings)
     tuner = AutoTuner(settings)
     decisions = [
-        tuner.step(Sample(t[k], r[k], u[k], None if np.isnan(y[k]) else y[k])) for k in range(len(t))
+        tuner.step(Sample(t[k], r[k], u[k], None if np.isnan(y[k]) else y[k]))
+        for k in range(len(t))
     ]
 
     nan = (np.nan,) * 3

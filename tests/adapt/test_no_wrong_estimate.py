@@ -95,7 +95,9 @@ def test_accepted_gains_are_right_and_refusals_say_why(seeds):
     assert all(accepted[kind] >= 0.7 * often for kind in KINDS if kind != "weak"), accepted
 
 
-@pytest.mark.parametrize(("seed", "beyond"), [(14, "above"), (34, "above"), (54, "below"), (94, "below")])
+@pytest.mark.parametrize(
+    ("seed", "beyond"), [(14, "above"), (34, "above"), (54, "below"), (94, "below")]
+)
 def test_a_delay_beyond_the_range_is_told(seed, beyond):
     """K looked sure to 4.6 % and was 30 % off, with the true delay two samples above the range."""
     scenario = scenarios.random_plant(seed, seconds=20.0, wait=1 + seed % 60)

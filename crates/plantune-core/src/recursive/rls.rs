@@ -415,7 +415,7 @@ mod tests {
 
     #[test]
     fn a_batch_takes_rows_until_it_is_sound() {
-        let mut phi = vec![1.0, 1.0].repeat(5);
+        let mut phi = [1.0, 1.0].repeat(5);
         phi.extend(white(60, 1));
         let y: Vec<f64> = phi.chunks(2).map(|p| 3.0 * p[0] - p[1]).collect();
         let mut rls = rls(2, 1.0, 1.0);
