@@ -26,8 +26,12 @@ const SLACK: f64 = 0.02;
 /// Least margin, as a factor and in degrees, that is asked for; below, none is.
 const NO_MARGIN: f64 = 1e-6;
 
+/// Power of time with which information grows. Over 100 engine loops the time from twice the deviation to the one
+/// aimed at is then right within a factor of 1.5 in 84 % and 1.02 times too long in the median; with 1, 72 % and 1.2.
+const GROWTH: f64 = 1.1;
+
 /// Relative standard deviation from which on K and T are told apart.
-const TOLD_APART: f64 = 0.2;
+const TOLD_APART: f64 = 0.5;
 
 /// What is read at one time; what is missing is NaN.
 #[derive(Clone, Copy, Debug)]
@@ -439,14 +443,15 @@ impl Tuner {
         }
     }
 
-    /// Information grows with the rows: `var(t) = var t_now / t`, as long as the window holds them.
+    /// Information grows with the rows, `1/var(t) ~ t^1.1`, as long as the window holds them.
     ///
-    /// Time counts from where K and T could be told apart: what came before taught nothing of either alone.
+    /// Time counts from where K and T could be told apart: what came before taught nothing of either alone. It grows
+    /// a little faster than the rows, for delay and state become known meanwhile.
     fn time_to_target(&self) -> f64 {
         let Some(estimate) = self.identifier.identified() else { return f64::INFINITY };
         let seconds = |samples: usize| samples as f64 * self.settings.scheme.Ts();
         let (t, held) = (seconds(self.samples), seconds(self.settings.scheme.rows()));
-        let more = t * ((worst(&estimate) / self.settings.target).powi(2) - 1.0);
+        let more = t * ((worst(&estimate) / self.settings.target).powf(2.0 / GROWTH) - 1.0);
         match more {
             _ if self.samples == 0 || more > held - t => f64::INFINITY,
             _ => more.max(0.0),
