@@ -162,9 +162,11 @@ def test_standard_deviations_are_those_of_the_errors(kind, lam):
 
 
 def test_extended_least_squares_fails_where_theory_says_it_may():
-    """`1/C - 1/2` has to be positive real: Re 1/C(e^jw) = 0.36 of this C somewhere; RML does not mind.
+    """`1/C - 1/2` has to be positive real: Re 1/C(e^jw) = 0.36 of this C somewhere; RML does not
+    mind.
 
-    Ljung, Söderström and Gustavsson 1975: A = 1 + 0.9 q^-1 + 0.95 q^-2, C = 1 + 1.5 q^-1 + 0.75 q^-2.
+    Ljung, Söderström and Gustavsson 1975: A = 1 + 0.9 q^-1 + 0.95 q^-2, C = 1 + 1.5 q^-1 + 0.75
+    q^-2.
     """
     found = {"rml": [], "els": []}
     for seed in range(10):
@@ -224,7 +226,7 @@ def test_a_pickle_goes_on_to_the_last_bit(kind, stop):
 @pytest.mark.parametrize("kind", ESTIMATORS)
 def test_units_do_not_matter_to_a_start_without_knowledge(kind):
     rec = plant(kind, 5, 400)
-    make, truth = ESTIMATORS[kind]
+    make, _ = ESTIMATORS[kind]
     plain = make(lam=0.99).run(rec)
     for by_u, by_y in ((2.0**-40, 2.0**40), (2.0**30, 2.0**-30)):
         other = make(lam=0.99).run(pt.Record(u=by_u * rec.u, y=by_y * rec.y, Ts=1.0))
@@ -257,7 +259,9 @@ def test_a_gap_is_filled_again_and_nothing_is_learnt_across_it():
 
 
 def test_outputs_that_are_missing_cost_what_they_held():
-    """One in five is missing: output errors pass over it, and the estimate stays where it belongs."""
+    """One in five is missing: output errors pass over it, and the estimate stays where it
+    belongs.
+    """
     rec = plant("oe", 7, 3000)
     valid = np.random.default_rng(1).random(3000) > 0.15
     y = np.where(valid, rec.y[:, 0], np.nan)
