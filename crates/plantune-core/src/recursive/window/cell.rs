@@ -26,6 +26,9 @@ pub(super) const EXACT: f64 = 1e-25;
 /// Fall of the squared errors, in variances, at which c is free: two standard deviations.
 const COLOURED: f64 = 4.0;
 
+/// Parts of the rows whose sums are compared.
+const BLOCKS: usize = 12;
+
 /// Columns that belong to a stretch: `d` and the error before it.
 pub(super) const OWN: usize = 2;
 
@@ -116,9 +119,30 @@ fn is_coloured(rows: &Rows, m: usize, white: &Found) -> bool {
 
 /// The triangle at `a, b1, b2, c` and what belongs to the stretches, with columns of those that are free.
 pub(super) fn linearised(rows: &Rows, m: usize, theta: &[f64], free: Free) -> Option<Triangle> {
+    Cell::new(rows, m, free).linearise(&searched(theta, free))
+}
+
+fn searched(theta: &[f64], free: Free) -> Vec<f64> {
     let is_searched = |j: usize| (free.b2 || j != 2) && (free.c || j != 3);
-    let searched = theta.iter().enumerate().filter(|&(j, _)| is_searched(j)).map(|(_, x)| *x);
-    Cell::new(rows, m, free).linearise(&searched.collect::<Vec<f64>>())
+    theta.iter().enumerate().filter(|&(j, _)| is_searched(j)).map(|(_, x)| *x).collect()
+}
+
+/// `S`, the covariance of `sum psi eps` as the sums over [`BLOCKS`] equal parts of the rows scatter; (n, n) row-major.
+pub(super) fn scatter(rows: &Rows, m: usize, theta: &[f64], free: Free) -> Vec<f64> {
+    let cell = Cell::new(rows, m, free);
+    let (n, N) = (cell.n(), rows.N());
+    let mut sums = vec![0.0; BLOCKS * n];
+    let mut k = 0;
+    cell.each_row(&searched(theta, free), |row| {
+        let sum = &mut sums[(k * BLOCKS / N).min(BLOCKS - 1) * n..][..n];
+        sum.iter_mut().zip(row).for_each(|(sum, psi)| *sum += psi * row[n]);
+        k += 1;
+    });
+    let mean: Vec<f64> =
+        (0..n).map(|j| (0..BLOCKS).map(|b| sums[b * n + j]).sum::<f64>() / BLOCKS as f64).collect();
+    let off = |b: usize, j: usize| sums[b * n + j] - mean[j];
+    let share = BLOCKS as f64 / (BLOCKS - 1) as f64;
+    (0..n * n).map(|ij| share * (0..BLOCKS).map(|b| off(b, ij / n) * off(b, ij % n)).sum::<f64>()).collect()
 }
 
 /// One delay, and which coefficients are searched.
@@ -126,17 +150,15 @@ struct Cell<'r> {
     rows: &'r Rows,
     m: usize,
     free: Free,
-    block: Block,
 }
 
 impl<'r> Cell<'r> {
     fn new(rows: &'r Rows, m: usize, free: Free) -> Self {
-        let shared = 2 + usize::from(free.b2) + usize::from(free.c);
-        Cell { rows, m, free, block: Block::new(shared + OWN * rows.stretches.len() + 1) }
+        Cell { rows, m, free }
     }
 
     fn n(&self) -> usize {
-        self.block.n() - 1
+        2 + usize::from(self.free.b2) + usize::from(self.free.c) + OWN * self.rows.stretches.len()
     }
 
     /// All coefficients from those that are searched.
@@ -149,8 +171,9 @@ impl<'r> Cell<'r> {
     }
 }
 
-impl Residuals for Cell<'_> {
-    fn linearise(&mut self, theta: &[f64]) -> Option<Triangle> {
+impl Cell<'_> {
+    /// Visits the rows `psi, eps` that count.
+    fn each_row(&self, theta: &[f64], mut visit: impl FnMut(&[f64])) {
         let n = self.n();
         let all = self.all(theta);
         let (a, b1, b2, c) = (all[0], all[1], all[2], all[3]);
@@ -164,7 +187,7 @@ impl Residuals for Cell<'_> {
             let mut psi = [0.0; SHARED];
             row.fill(0.0);
             (row[own + 1], row[n]) = (-1.0, eps); // the error before: its own derivative is 1
-            self.block.push(&row);
+            visit(&row);
             for t in stretch.clone() {
                 let last = eps;
                 let phi = [y[t - 1], u[t - self.m - 1], if fraction { u[t - self.m - 2] } else { 0.0 }, last];
@@ -184,12 +207,20 @@ impl Residuals for Cell<'_> {
                 row[own + 1] *= -c;
                 row[n] = eps;
                 if counts[t] {
-                    self.block.push(&row);
+                    visit(&row);
                 }
             }
         }
+    }
+}
+
+impl Residuals for Cell<'_> {
+    fn linearise(&mut self, theta: &[f64]) -> Option<Triangle> {
+        let n = self.n();
+        let mut block = Block::new(n + 1);
+        self.each_row(theta, |row| block.push(row));
         let mut triangle = Triangle::new(n + 1);
-        triangle.absorb(&mut self.block);
+        triangle.absorb(&mut block);
         (0..=n).all(|i| triangle.at(i, n).is_finite()).then_some(triangle)
     }
 

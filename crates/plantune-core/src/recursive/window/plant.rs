@@ -5,15 +5,28 @@
 //! ```
 //!
 //! by the delta rule, in the units of the signals. Where the delay is a whole number of samples, L has no variance.
+//!
+//! The covariance `s^2 G`, `G = (sum psi psi')^-1`, holds where the errors are white and the plant is of first order.
+//! What else there is, a drift, another lag, a delay beyond the range, makes the errors of a while agree:
+//!
+//! ```text
+//! Cov = G S G,   S the scatter of sum psi eps from one part of the rows to the next
+//! ```
+//!
+//! Where it says more than chance would, the standard deviation is that. Huber 1967; White 1982; batch means.
 
 use super::Predictor;
-use super::cell::{Found, Free, OWN, linearised};
+use super::cell::{Found, Free, OWN, linearised, scatter};
 use super::scaled::Scaled;
 use crate::linalg::{congruence, solve};
 use crate::model::Fopdt;
 
 /// Pivots below this share mean that the rows do not tell parameters apart.
 pub(super) const RANK_TOLERANCE: f64 = 1e-9;
+
+/// Ratio to the standard deviation of white errors from which on that of the scatter counts: one in thirty reaches it
+/// by chance.
+const SCATTERED: f64 = 1.6;
 
 /// A minimum as a plant.
 #[derive(Clone)]
@@ -53,7 +66,16 @@ impl Scaled {
         let level_by = [d / (rest * rest), 0.0, 0.0, 1.0 / rest];
         let O_by = [0, 1, 2, 3].map(|j| level_by[j] / self.sy - gain * self.u0 * K_by[j]);
         let L_by = if self.fraction { L_by } else { [0.0; 4] };
-        let P = congruence(&[K_by.map(|x| x * gain), T_by, L_by, O_by], |i, j| s2 * covariance(i, j));
+        let J = [K_by.map(|x| x * gain), T_by, L_by, O_by];
+        let S = scatter(&self.rows, m, theta, free);
+        let G = &solution.inverse_gram;
+        let row = |i: usize| &G[i * n..][..n];
+        let scattered =
+            congruence(&own.map(|i| i.map_or(vec![0.0; n], |i| row(i).to_vec())), |i, j| S[i * n + j]);
+        let P = widened(
+            congruence(&J, |i, j| s2 * covariance(i, j)),
+            &congruence(&J, |i, j| scattered[4 * i + j]),
+        );
         let model = Fopdt { K: K * gain, T, L: m as f64 * self.Ts + f };
         let offset = self.y0 - model.K * self.u0 + d / rest / self.sy;
         let finite = P.iter().chain([&model.K, &T, &f, &offset]).all(|x| x.is_finite());
@@ -62,4 +84,13 @@ impl Scaled {
         let predictor = Predictor::new([a, b1, b2, theta[3], d], own_P, s2, m, units);
         Some(Plant { model, P: P.try_into().ok()?, offset, predictor }).filter(|_| finite)
     }
+}
+
+/// `P` with the standard deviations of the scatter where they say more.
+fn widened(P: Vec<f64>, scattered: &[f64]) -> Vec<f64> {
+    let factor = |i: usize| {
+        let ratio = (scattered[5 * i] / P[5 * i]).sqrt();
+        if ratio > SCATTERED { ratio } else { 1.0 }
+    };
+    (0..16).map(|ij| P[ij] * factor(ij / 4) * factor(ij % 4)).collect()
 }
