@@ -14,8 +14,6 @@ pub struct Inputs {
     pub y_before: Row,
     /// `lambda(t)` of the next sample that is learnt.
     pub lambda: Row,
-    /// Whether one of them is not to be treated as all others are.
-    pub attention: bool,
 }
 
 impl Inputs {
@@ -24,13 +22,12 @@ impl Inputs {
     /// As before the first sample.
     pub fn new(lambda0: f64) -> Self {
         let zero = Row::of(0.0);
-        Inputs { u_zero: zero, y_zero: zero, y_before: zero, lambda: Row::of(lambda0), attention: true }
+        Inputs { u_zero: zero, y_zero: zero, y_before: zero, lambda: Row::of(lambda0) }
     }
 
     /// The same for one of them.
     pub fn clear(&mut self, slot: usize, lambda0: f64) {
         self.rows_mut().into_iter().zip([0.0, 0.0, 0.0, lambda0]).for_each(|(row, x)| row[slot] = x);
-        self.attention = true;
     }
 
     pub fn rows(&self) -> [&Row; 4] {

@@ -114,6 +114,7 @@ pub struct Bank {
     lanes: Vec<Lanes>,      // (groups, per)
     errors: Vec<Errors>,    // (groups, per), or none
     inputs: Vec<Inputs>,    // (groups)
+    attention: Vec<bool>,   // (groups): whether a column is not to be treated as all others are
     windows: Vec<Window>,   // (groups), or none
     factors: Vec<[Row; 2]>, // (groups): of u and y, or none
     ring: Vec<Row>,         // (groups, high + 1): u of the last samples
@@ -162,6 +163,7 @@ impl Bank {
             lanes: vec![Lanes::new(&settings.P0); groups * per],
             errors: vec![Errors { eps: zero, q: zero, s2: zero }; kept(groups * per)],
             inputs: vec![Inputs::new(settings.lambda0); groups],
+            attention: vec![true; groups],
             windows: vec![Window::default(); kept(groups)],
             factors: Vec::new(),
             ring: vec![zero; groups * (high + 1)],
@@ -327,7 +329,7 @@ impl Bank {
         self.exists(index)?;
         for c in self.columns_of(index) {
             self.columns[c].gated = !open;
-            self.inputs[c / W].attention = true;
+            self.attention[c / W] = true;
         }
         Ok(())
     }
@@ -395,7 +397,7 @@ impl Bank {
         }
         let mut fill = |row: &mut Row| row.iter_mut().for_each(|x| *x = next());
         self.factors.iter_mut().flatten().for_each(&mut fill);
-        self.inputs.iter_mut().for_each(|inputs| inputs.attention = true);
+        self.attention.fill(true);
         Ok(())
     }
 
@@ -430,6 +432,7 @@ impl Bank {
             window.clear(slot);
         }
         self.inputs[group].clear(slot, self.settings.lambda0);
+        self.attention[group] = true;
         self.columns[c].started = false;
     }
 

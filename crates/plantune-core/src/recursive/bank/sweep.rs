@@ -82,7 +82,7 @@ fn sample<S: Simd>(simd: S, bank: &mut Bank, g: usize, u: &[f64], y: &[f64]) {
         let both = simd.add_f64s(*at::<S>(&mut u, r), *at::<S>(&mut y, r));
         unknown = simd.mul_add_e_f64s(both, simd.splat_f64s(0.0), unknown);
     }
-    if bank.inputs[g].attention || simd.reduce_sum_f64s(unknown) != 0.0 {
+    if bank.attention[g] || simd.reduce_sum_f64s(unknown) != 0.0 {
         attended(simd, bank, g, raw, [u, y]);
     } else {
         bank.store(g, &u);
@@ -276,7 +276,7 @@ impl Bank {
                 }
             }
         }
-        self.inputs[g].attention = columns.iter().any(|column| !column.plain());
+        self.attention[g] = columns.iter().any(|column| !column.plain());
     }
 
     #[cold]
