@@ -160,11 +160,11 @@ impl Rls {
         }
         self.travel = self.travel.max(y.abs());
         let judged = self.innovation.judge(eps, 1.0 + q * self.forgetting.spread(), self.travel);
+        let lambda = self.forgetting.lambda();
         let scale = self.forgetting.learn(n, &mut self.P, room, q, judged);
         for (theta, b) in self.theta[..n].iter_mut().zip(&*room.b) {
             *theta += b * scale;
         }
-        let lambda = self.forgetting.lambda();
         self.rss = lambda * (self.rss + eps * eps / (lambda + q));
         self.kept = if self.kept > FADED { self.kept * lambda } else { 0.0 };
         Ok(eps)
@@ -415,7 +415,7 @@ mod tests {
 
     #[test]
     fn a_batch_takes_rows_until_it_is_sound() {
-        let mut phi = vec![1.0, 1.0].repeat(5);
+        let mut phi = [1.0, 1.0].repeat(5);
         phi.extend(white(60, 1));
         let y: Vec<f64> = phi.chunks(2).map(|p| 3.0 * p[0] - p[1]).collect();
         let mut rls = rls(2, 1.0, 1.0);

@@ -152,7 +152,7 @@ impl Options {
     pub fn read<'py>(kind: &str, keywords: Option<&Bound<'py, PyDict>>) -> Outcome<(Self, Start<'py>)> {
         let (mut o, mut start) = (Options::default(), Start::default());
         for (name, value) in keywords.into_iter().flatten() {
-            let name: String = name.extract().map_err(PyErr::from)?;
+            let name: String = name.extract()?;
             let wrong = |needed: &str| Error::argument(&name, &value, needed);
             let number = || value.extract::<f64>().map_err(|_| wrong("a number"));
             let or_none = || value.extract::<Option<f64>>().map_err(|_| wrong("a number or None"));
