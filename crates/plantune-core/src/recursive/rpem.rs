@@ -62,6 +62,9 @@ struct Known {
 /// Innovations judged before any is cut where an output is simulated: early parameters stay in it.
 const FIRST_SIMULATED: f64 = 200.0;
 
+/// Samples between one look for signals that have decayed and the next.
+const TIDY: u64 = 256;
+
 /// Variance that an alarm gives the constant, in noise variances.
 const BUMP: f64 = 1e3;
 
@@ -157,6 +160,7 @@ pub struct Rpem {
     regressor: Regressor,
     u: Vec<f64>,      // (nk) inputs on their way, a ring
     next: usize,      // the oldest of them
+    history: usize,   // of the structure
     age: usize,       // samples of this segment, up to the history
     wait: usize,      // samples until no output in phi is a prediction
     zero: [f64; 2],   // u and y of the first sample
@@ -169,7 +173,7 @@ pub struct Rpem {
     room: Vec<f64>,   // (VECTORS, n)
     before: Vec<f64>, // (n) the parameters before a step, for what is seldom needed
     schur: Vec<f64>,  // a polynomial
-    samples: f64,
+    samples: u64,
     alarms: f64,
     learnt: bool,
 }
@@ -227,6 +231,7 @@ impl Rpem {
             regressor: Regressor::new(structure, settings.gradient),
             u: vec![0.0; structure.nk],
             next: 0,
+            history: structure.history(),
             age: 0,
             wait: 0,
             zero: [0.0; 2],
@@ -235,7 +240,7 @@ impl Rpem {
             room: vec![0.0; VECTORS * n],
             before: Vec::with_capacity(n),
             schur: Vec::with_capacity(n + 1),
-            samples: 0.0,
+            samples: 0,
             alarms: 0.0,
             learnt: false,
         })
@@ -290,7 +295,7 @@ impl Rpem {
         let delayed = if self.structure.nk == 0 { u } else { self.u[self.next] };
         self.regressor.look(n, room, &self.theta, delayed);
         let predicted = product(n, room.phi, &self.theta);
-        let filling = self.age < self.structure.history();
+        let filling = self.age < self.history;
         let (now, eps) = match y {
             Some(y) => (y, y - predicted),
             None if filling => (self.regressor.last_y(), 0.0),
@@ -329,7 +334,7 @@ impl Rpem {
             self.seen.remove(0);
         }
         self.seen.push([u, y]);
-        self.samples += 1.0;
+        self.samples += 1;
         let [u0, y0] = self.seen[0];
         let far = |i: usize, zero: f64| self.seen.iter().map(|s| (s[i] - zero).abs()).fold(0.0, f64::max);
         let travel =
@@ -338,7 +343,7 @@ impl Rpem {
             return Ok(None);
         }
         (self.looking, self.travel) = (false, travel);
-        self.samples -= full as f64;
+        self.samples -= full as u64;
         self.open();
         let seen = std::mem::take(&mut self.seen);
         let mut last = None;
@@ -422,11 +427,13 @@ impl Rpem {
     #[inline(always)]
     fn project(&mut self, before: &[f64]) -> bool {
         let Structure { na, nb, nc, nd, nf, .. } = self.structure;
-        let (c, d, f) = (na + nb, na + nb + nc, na + nb + nc + nd);
-        // Not one after the other with `||`: each must be brought back.
-        self.keep_stable(c, nc, RADIUS_C, before)
-            | self.keep_stable(d, nd, RADIUS, before)
-            | self.keep_stable(f, nf, RADIUS, before)
+        let c = na + nb;
+        let mut changed = self.keep_stable(c, nc, RADIUS_C, before);
+        if self.regressor.has_paths() {
+            changed |= self.keep_stable(c + nc, nd, RADIUS, before);
+            changed |= self.keep_stable(c + nc + nd, nf, RADIUS, before);
+        }
+        changed
     }
 
     #[inline(always)]
@@ -462,7 +469,7 @@ impl Rpem {
     #[inline(always)]
     fn newest(&self, n: usize, room: &Room<'_>, y: f64, e: f64, filling: bool) -> Newest {
         let mut newest = Newest { minus_y: -y, e: if filling { 0.0 } else { e }, ..Newest::default() };
-        if self.structure.nd + self.structure.nf > 0 {
+        if self.regressor.has_paths() {
             let (w, v) = self.regressor.paths(n, room, &self.theta, y, !filling);
             (newest.minus_w, newest.minus_v) = (-w, -v);
         }
@@ -477,9 +484,12 @@ impl Rpem {
             self.u[self.next] = u;
             self.next = if self.next + 1 == nk { 0 } else { self.next + 1 };
         }
-        self.age = (self.age + 1).min(self.structure.history());
+        self.age = (self.age + 1).min(self.history);
         self.wait = if counts { self.wait.saturating_sub(1) } else { na };
-        self.samples += 1.0;
+        self.samples += 1;
+        if self.samples.is_multiple_of(TIDY) {
+            self.regressor.tidy();
+        }
     }
 
     /// Orders and delay.
@@ -586,11 +596,12 @@ impl Rpem {
         self.u.iter_mut().for_each(&mut *visit);
         let [u0, y0] = &mut self.zero;
         let [most_u, most_y] = &mut self.travel;
-        let Rpem { samples, alarms, .. } = self;
-        [u0, y0, most_u, most_y, samples, alarms].into_iter().for_each(&mut *visit);
-        let mut whole = [self.age, self.wait, self.closed, self.seen.len()].map(|n| n as f64);
+        [u0, y0, most_u, most_y, &mut self.alarms].into_iter().for_each(&mut *visit);
+        let counts = [self.age, self.wait, self.closed, self.seen.len()].map(|n| n as u64);
+        let mut whole = [counts[0], counts[1], counts[2], counts[3], self.samples].map(|n| n as f64);
         whole.iter_mut().for_each(&mut *visit);
         [self.age, self.wait, self.closed] = [whole[0], whole[1], whole[2]].map(|x| x as usize);
+        self.samples = whole[4] as u64;
         let full = LOOK * self.theta.len();
         self.seen.reserve_exact(full.saturating_sub(self.seen.len()));
         self.seen.resize((whole[3] as usize).min(full), [0.0; 2]);
@@ -613,4 +624,82 @@ fn product(n: usize, x: &[f64], y: &[f64]) -> f64 {
         sum += x[k] * y[k];
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+
+    fn armax(lambda: f64, gate: bool) -> Rpem {
+        let structure = Structure { na: 1, nb: 1, nc: 1, nk: 2, offset: true, ..Structure::default() };
+        let settings = Settings {
+            scheme: Scheme::Exponential { lambda, start: 0.95, rho: 0.99 },
+            gradient: true,
+            P0: None,
+            theta0: None,
+            P_max: None,
+            clip: Some(6.0),
+            watch: true,
+            gate: gate.then(|| Gate::new(100, None).expect("in range")),
+        };
+        Rpem::new(structure, settings).expect("in range")
+    }
+
+    /// `y = 0.8 y(-1) + 0.5 u(-2) + 1 + noise`; returns the outputs.
+    fn feed(rpem: &mut Rpem, u: impl Iterator<Item = f64>, e: impl Iterator<Item = f64>) {
+        let (mut y, mut past) = (5.0, [0.0; 2]);
+        for (u, e) in u.zip(e) {
+            y = 0.8 * y + 0.5 * past[1] + 1.0 + e;
+            past = [u, past[0]];
+            rpem.step(u, y).expect("a sound sample");
+        }
+    }
+
+    fn is_sound(rpem: &Rpem) -> bool {
+        let P = rpem.P().matrix();
+        rpem.theta().iter().chain(&P).all(|x| x.is_finite()) && (0..4).all(|j| P[j * 4 + j] > 0.0)
+    }
+
+    #[test]
+    fn it_finds_the_plant_and_its_level() {
+        let mut rpem = armax(1.0, false);
+        let levels = white(4000, 1).into_iter().map(|x| x.signum());
+        feed(&mut rpem, levels, white(4000, 2).into_iter().map(|e| 0.05 * e));
+        let errors = rpem.theta().iter().zip([-0.8, 0.5, 0.0]).map(|(a, b)| (a - b).abs());
+        let (O, sd) = rpem.offset();
+        assert!(errors.fold(0.0, f64::max) < 0.02 && (O - 5.0).abs() < 4.0 * sd && sd < 0.02, "{O} {sd}");
+    }
+
+    #[test]
+    fn a_state_is_restored_wherever_it_was_saved() {
+        let (u, y) = (white(60, 3), white(60, 4));
+        for at in [0, 1, 2, 3, 59] {
+            let mut one = armax(0.99, true);
+            let mut other = one.clone();
+            for k in 0..at {
+                one.step(u[k], y[k]).expect("a sound sample");
+            }
+            other.resume(&one.state()).expect("of the same settings");
+            for k in at..60 {
+                assert_eq!(one.step(u[k], y[k]), other.step(u[k], y[k]));
+            }
+            assert_eq!(one.state(), other.state());
+        }
+    }
+
+    #[test]
+    #[ignore = "20 s"]
+    fn a_hundred_million_samples_with_constant_stretches_stay_numbers() {
+        for gate in [true, false] {
+            let mut rpem = armax(0.98, gate);
+            let levels = white(1000, 5);
+            let u = (0..50_000_000usize).map(|k| match k % 10_000_000 {
+                moving @ ..1000 => levels[moving],
+                _ => 1.0,
+            });
+            feed(&mut rpem, u, std::iter::repeat(0.0));
+            assert!(is_sound(&rpem), "{:?}", rpem.theta());
+        }
+    }
 }
