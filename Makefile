@@ -28,8 +28,10 @@ docs: $(VENV)/extra-test   ## run the pages, and draw their figures as HTML: out
 	@$(BIN)/python -m pytest --quiet README.md docs
 	@mkdir -p out/docs
 	@$(BIN)/python examples/which_method.py
+	@$(BIN)/python examples/which_recursion.py
 	@$(BIN)/python examples/records.py --figures out/docs
 	@$(BIN)/python examples/source_000.py --figures out/docs
+	@$(BIN)/python examples/source_001_autotuner.py --figures out/docs
 
 bench: $(VENV)/extra-bench ## side by side with the peers, in one run
 	@$(BIN)/python -m benches

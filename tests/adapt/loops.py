@@ -10,8 +10,6 @@ from oracles import scenarios
 from plantune.adapt import AutoTuner, Sample, Settings
 from plantune.models import PID
 
-SEEDS = 40
-
 
 def asked(scenario, **changes):
     """Return the settings of a user who knows of the plant what a user knows.
@@ -46,7 +44,9 @@ class Run:
     def models(self):
         """K, T, L as shown at each sample, nan before the first."""
         nan = (np.nan,) * 3
-        return np.array([nan if d.model is None else (d.model.K, d.model.T, d.model.L) for d in self.decisions])
+        return np.array(
+            [nan if d.model is None else (d.model.K, d.model.T, d.model.L) for d in self.decisions]
+        )
 
     @cached_property
     def true(self):
@@ -64,7 +64,9 @@ class Run:
         for k in self.rows("retuned"):
             before = self.decisions[k - 1].controller
             after = self.decisions[k].controller
-            at = [scenarios.Ms(self.plants[k], c.Kp, c.Ki, self.scenario.Ts) for c in (before, after)]
+            at = [
+                scenarios.Ms(self.plants[k], c.Kp, c.Ki, self.scenario.Ts) for c in (before, after)
+            ]
             found.append((k, *at))
         return found
 

@@ -53,3 +53,21 @@ def test_a_log_reads_back_as_a_record():
     np.testing.assert_array_equal(rec.aux["Kp"], log.Kp)
     with pytest.raises(pt.UsageError):
         pt.adapt.collect([], SETTINGS)
+
+
+def test_a_gain_schedule_is_written_where_the_plant_goes():
+    speed = np.where(np.arange(1000) < 500, 1000.0, 3000.0)
+    table = pt.simulate.Table([1000.0, 3000.0], [0.1, 0.05])
+    first = pt.models.PID(Kp=0.1, Ti=1.0)
+    settings = pt.adapt.Settings(
+        Ts=0.02,
+        nk=(1, 12),
+        controller=first,
+        break_points={"speed": [1000.0, 3000.0]},
+        margins={"speed": 200.0},
+        schedule=(table, table),
+    )
+    rest = np.full(1000, 10.0)
+    link = pt.edge.SimulatedPlant(rest, first, K=2.0, T=0.3, Ts=0.02, aux={"speed": speed})
+    at_work = [link.controller.Kp for _ in pt.edge.run(link, pt.adapt.AutoTuner(settings))]
+    assert set(at_work[:500]) == {0.1} and set(at_work[500:]) == {0.05}

@@ -367,6 +367,14 @@ def test_adapt_draws_a_log_in_which_nothing_was_accepted():
     assert "0 estimates accepted" in fig.layout.title.text
 
 
+def test_adapt_does_not_zoom_into_rounding():
+    exact = pt.datasets.engine_loop(t_end=4.0)
+    pid = pt.models.PID(Kp=-0.018, Ti=0.0532)
+    log = pt.adapt.replay(exact, pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pid))
+    low, high = plot.adapt(log, of=exact).layout.yaxis2.range
+    assert (low, high) == pytest.approx((-5.939 * 1.001, -5.939 * 0.999))
+
+
 def test_adapt_of_a_long_log_stays_few_points(rec):
     log = adapted(simulated(N=20_000), every=200)
     fig = plot.adapt(log)

@@ -58,9 +58,9 @@ class AdaptLog:
     >>> pid = pt.models.PID(Kp=-0.018, Ti=0.0532)
     >>> settings = pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pid)
     >>> print(pt.adapt.replay(pt.datasets.engine_loop(noise_var=1.5, seed=3), settings))
-    AdaptLog: 3000 samples, 290 estimates accepted, first at 2.18 s; 4 retunings, no alarm
+    AdaptLog: 3000 samples, 290 estimates accepted, first at 2.18 s; 5 retunings, no alarm
       K = -5.9403 (0.011), T = 0.14873 (0.0015) s, L = 0.1 (0.0012) s
-      Kp = -0.13232, Ki = -0.88537
+      Kp = -0.13141, Ki = -0.88216
     """
 
     t: Floats

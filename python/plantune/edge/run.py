@@ -6,11 +6,13 @@ from collections.abc import Iterator
 
 from plantune.adapt import AutoTuner, Decision, Sample
 from plantune.edge.links import Link
+from plantune.models import PID
 
 
 def run(link: Link, tuner: AutoTuner) -> Iterator[tuple[Sample, Decision]]:
     """Read sample by sample until the link ends, decide, and write settings that are new.
 
+    New are those that were tuned, and those that a gain schedule gives where the plant has gone.
     The link keeps the time, and its flags say what is written.
 
     Parameters
@@ -35,8 +37,15 @@ def run(link: Link, tuner: AutoTuner) -> Iterator[tuple[Sample, Decision]]:
     >>> decisions[-1].controller == plant.controller, plant.controller == pid
     (True, False)
     """
+    at_work = _settings(tuner.settings.controller)
     while (sample := link.read()) is not None:
         decision = tuner.step(sample)
-        if decision.retuned:
+        wanted = _settings(decision.controller)
+        if wanted != at_work:
             link.write(decision.controller)
+            at_work = wanted
         yield sample, decision
+
+
+def _settings(pid: PID) -> tuple[float, ...]:
+    return pid.Kp, pid.Ki, pid.Td

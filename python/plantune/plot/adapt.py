@@ -26,6 +26,9 @@ from plantune.plot.style import (
 from plantune.record import Floats, Record
 from plantune.text import counted
 
+LEAST = 1e-3
+"""Share of a parameter that its panel shows at least."""
+
 _PLUS = {"symbol": "cross-thin", "size": 15, "color": SET_POINT, "line": {"width": 2}}
 _DOT = {"symbol": "circle", "size": 4.5, "color": MODEL}
 _RING = {"symbol": "circle-open", "size": 8, "color": SECOND, "line": {"width": 2}}
@@ -107,6 +110,10 @@ def _parameter(fig: go.Figure, log: AdaptLog, i: int, row: int) -> None:
     rows = _rows(x)
     rows = rows[~np.isnan(x[rows])]  # a fill has no breaks
     edges = (log.t[rows], (x - margin)[rows], (x + margin)[rows])
+    if len(rows) and np.max(edges[2]) - np.min(edges[1]) < LEAST * abs(x[rows[-1]]):
+        # Without noise what is left to see is rounding.
+        about = sorted((1 + way * LEAST) * float(x[rows[-1]]) for way in (-1, 1))
+        fig.update_yaxes(range=about, row=row, col=1)
     band(fig, *edges, "two standard deviations", row=row, shape="hv", **legend)
     line(
         fig, *_curve(log.t, x), "estimate", MODEL, row, held=True, legendgroup="estimate", **legend

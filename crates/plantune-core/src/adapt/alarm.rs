@@ -1,65 +1,75 @@
 //! Alarms on prediction errors: a level that jumped, or a plant that is another one.
 //!
 //! ```text
-//! level    g+ <- max(0, g+ + z - 0.75),  g- <- max(0, g- - z - 0.75),  alarm at 8
-//! size     h  <- max(0, h + min(z^2, 25) - 3),                        alarm at 40
+//! level    the mean of z: cumulative sums either way ([`crate::recursive::Cusum`])
+//! size     its variance:  h <- max(0, h + min(z^2, 25) - 3),  alarm at 40
 //! ```
 //!
-//! `z` is the error in its standard deviations, cut at 6, so that one outlier is no alarm. The change began where the
-//! sum last left zero, or at a sample that alone says more than all before it. Page 1954; METHODS 1.4.
+//! A plant of another gain under an input about its mean makes the errors larger without a level.
 
-/// What `z` is cut at.
-const MOST: f64 = 6.0;
+use crate::recursive::{Cusum, Sum};
 
-const DRIFT: f64 = 0.75;
-const LEVEL: f64 = 8.0;
+/// What `z^2` is cut at.
+const MOST: f64 = 25.0;
 
-/// What a sample adds at least to be a beginning of its own.
-const STEP: f64 = 4.0;
+/// What `z^2` may be without adding to the sum.
+const DRIFT: f64 = 3.0;
 
-const SIZE_DRIFT: f64 = 3.0;
-const SIZE: f64 = 40.0;
+/// The sum that raises the alarm.
+const ALARM: f64 = 40.0;
 
 /// Cumulative sums of one signal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Alarm {
-    up: Sum,
-    down: Sum,
+    level: Cusum,
     size: Sum,
 }
 
-/// A sum that starts anew at zero, and for how many samples it has been above.
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Sum {
-    value: f64,
-    samples: usize,
-}
-
-impl Sum {
-    fn add(&mut self, x: f64) {
-        let begins = self.value == 0.0 || x > STEP.max(self.value);
-        self.value = (self.value + x).max(0.0);
-        self.samples = if begins { 1 } else { self.samples + 1 };
-    }
-}
-
 impl Alarm {
-    /// Takes an error; on alarm the samples since the change began, this one included, and all begins anew.
+    /// Takes an error in its standard deviations; on alarm the samples since the change began, this one included,
+    /// and all begins again.
     pub fn step(&mut self, z: f64) -> Option<usize> {
-        let z = z.clamp(-MOST, MOST);
-        self.up.add(z - DRIFT);
-        self.down.add(-z - DRIFT);
-        self.size.add((z * z).min(25.0) - SIZE_DRIFT);
-        let sums = [(&self.up, LEVEL), (&self.down, LEVEL), (&self.size, SIZE)];
-        let ago = sums.iter().filter(|(sum, limit)| sum.value > *limit).map(|(sum, _)| sum.samples).min();
-        if ago.is_some() {
-            self.reset();
-        }
-        ago
+        self.size.add((z * z).min(MOST) - DRIFT);
+        let level = self.level.step(z);
+        let size = (self.size.value > ALARM).then_some(self.size.samples);
+        let ago = level.or(size)?;
+        self.reset();
+        Some(ago as usize)
     }
 
-    /// Begins anew.
+    /// Begins again.
     pub fn reset(&mut self) {
         *self = Alarm::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+
+    fn alarms(z: &[f64]) -> Vec<(usize, usize)> {
+        let mut alarm = Alarm::default();
+        z.iter().enumerate().filter_map(|(k, z)| alarm.step(*z).map(|ago| (k, ago))).collect()
+    }
+
+    #[test]
+    fn a_level_is_seen_at_its_second_sample_and_dated() {
+        let mut z = white(400, 2);
+        z[200..].iter_mut().for_each(|z| *z += 20.0);
+        assert_eq!(alarms(&z)[0], (201, 2));
+    }
+
+    #[test]
+    fn errors_of_both_signs_are_seen_by_their_size() {
+        let z: Vec<f64> = (0..60).map(|k| if k < 40 { 0.3 } else { [4.0, -4.0][k % 2] }).collect();
+        let first = alarms(&z)[0];
+        assert!((43..46).contains(&first.0) && first.0 + 1 - first.1 == 40, "{first:?}");
+    }
+
+    #[test]
+    fn noise_alone_is_seldom_an_alarm() {
+        let count = alarms(&white(1_000_000, 5)).len();
+        assert!((2..80).contains(&count), "{count}");
     }
 }

@@ -39,6 +39,8 @@ pub enum Cause {
     Unsettled(Parameter),
     /// No delay is probable enough.
     DelayUndecided,
+    /// The delay lies beyond the range that is searched.
+    DelayOutside,
     /// The standard deviation of a parameter is too large.
     Uncertain(Parameter),
     /// u or y is missing, and not simulated.
@@ -74,7 +76,7 @@ impl Cause {
     pub fn code(self) -> &'static str {
         match self {
             Cause::WindowNotFull => "A01",
-            Cause::OutOfLimits(_) => "A02",
+            Cause::OutOfLimits(_) | Cause::DelayOutside => "A02",
             Cause::Unsettled(_) => "A03",
             Cause::DelayUndecided => "A04",
             Cause::Dwell => "A05",
@@ -135,8 +137,10 @@ impl Reason {
     fn remedy(&self) -> &'static str {
         match self.cause {
             Cause::WindowNotFull | Cause::Dwell | Cause::LargeChange(_) => "wait; nothing is wrong",
+            Cause::OutOfLimits(Parameter::K) => "check its limits, and the action of the loop",
             Cause::OutOfLimits(_) => "check the limits, or the plant",
             Cause::NotRead => "look after the link, or simulate what cannot be read",
+            Cause::DelayOutside => "search more delays: nk",
             Cause::Judging => "wait; a few time constants decide it",
             Cause::NoSettings => "check the wished margins, or take another rule",
             Cause::Unsettled(_) | Cause::Uncertain(_) | Cause::DelayUndecided => {
@@ -159,9 +163,13 @@ impl fmt::Display for Reason {
         let (x, limit) = (rounded(self.measured), rounded(self.limit));
         match self.cause {
             Cause::WindowNotFull => write!(f, "{x} of {limit} samples in the window"),
+            Cause::OutOfLimits(p) if self.limit.abs() <= f64::MIN_POSITIVE => {
+                write!(f, "{p} is {x}, must be {}", if self.limit > 0.0 { "positive" } else { "negative" })
+            }
             Cause::OutOfLimits(p) => write!(f, "{p} is {x}, beyond its limit {limit}"),
             Cause::Unsettled(p) => write!(f, "{p} moves by {x} within the window, limit {limit}"),
             Cause::DelayUndecided => write!(f, "the likeliest delay has a probability of {x}, needs {limit}"),
+            Cause::DelayOutside => write!(f, "the delay lies beyond its range, which ends at {x} s"),
             Cause::Uncertain(p) => write!(f, "{p} is known to a share of {x}, needs {limit}"),
             Cause::NotRead => write!(f, "u or y is not read: the sample is left out"),
             Cause::Judging => write!(f, "an alarm is judged: another level or another plant"),
@@ -244,6 +252,8 @@ mod tests {
         let reason = Reason::new(Cause::OutOfLimits(Parameter::K), -61.23456, -60.0);
         assert_eq!(reason.to_string(), "K is -61.23, beyond its limit -60");
         assert_eq!((reason.note().code, reason.note().measured), ("A02", Some(-61.23456)));
+        let reason = Reason::new(Cause::OutOfLimits(Parameter::K), -6.0, f64::MIN_POSITIVE);
+        assert_eq!(reason.to_string(), "K is -6, must be positive");
         let mut reasons = Reasons::default();
         (0..40).for_each(|_| reasons.push(reason));
         assert_eq!(reasons.len(), MOST);

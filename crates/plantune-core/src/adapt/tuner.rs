@@ -26,6 +26,13 @@ const SLACK: f64 = 0.02;
 /// Least margin, as a factor and in degrees, that is asked for; below, none is.
 const NO_MARGIN: f64 = 1e-6;
 
+/// Power of time with which information grows. Over 100 engine loops the time from twice the deviation to the one
+/// aimed at is then right within a factor of 1.5 in 84 % and 1.02 times too long in the median; with 1, 72 % and 1.2.
+const GROWTH: f64 = 1.1;
+
+/// Relative standard deviation from which on K and T are told apart.
+const TOLD_APART: f64 = 0.5;
+
 /// What is read at one time; what is missing is NaN.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<'s> {
@@ -145,9 +152,11 @@ pub struct Tuner {
     held: Option<usize>,
     merged: Option<Fopdt>,
     target: Option<Pid>,
-    /// Samples of data behind the estimate.
+    /// Samples since K and T could be told apart.
     samples: usize,
     lost: bool,
+    /// Time of the last sample, s.
+    last: Option<f64>,
 }
 
 impl TunerSettings {
@@ -188,6 +197,7 @@ impl Tuner {
             target: None,
             samples: 0,
             lost: false,
+            last: None,
             settings,
         })
     }
@@ -210,6 +220,8 @@ impl Tuner {
     /// Takes a sample and decides.
     pub fn step(&mut self, sample: &Sample) -> Decision {
         self.controller.at(sample.aux);
+        self.lost |= self.last.is_some_and(|last| !follows(last, sample.t, self.settings.scheme.Ts()));
+        self.last = Some(sample.t);
         let mut decision = self.decision(sample);
         self.held = self.held.map(|samples| samples + 1);
         self.find_point(sample, &mut decision);
@@ -272,6 +284,7 @@ impl Tuner {
         (decision.node, decision.new_point) = (change.node, change.new);
         if change.new {
             self.forget();
+            (decision.merged, decision.target) = (None, None);
         }
     }
 
@@ -295,6 +308,9 @@ impl Tuner {
             self.samples = 0;
         }
         if news.fitted {
+            if self.identifier.identified().is_none_or(|estimate| !(worst(&estimate) < TOLD_APART)) {
+                self.samples = 0;
+            }
             self.judge(decision);
         }
     }
@@ -325,6 +341,9 @@ impl Tuner {
     fn uncertain(&self, estimate: &Identified) -> Option<Reason> {
         if self.identifier.is_judging() {
             return Some(Reason::of(Cause::Judging));
+        }
+        if estimate.outside {
+            return Some(Reason::new(Cause::DelayOutside, estimate.model.L, estimate.model.L));
         }
         let [K, T, L, _] = estimate.sd();
         beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)
@@ -424,14 +443,31 @@ impl Tuner {
         }
     }
 
-    /// Information grows with the rows: `var(t) = var t_now / t`.
+    /// Information grows with the rows, `1/var(t) ~ t^1.1`, as long as the window holds them.
+    ///
+    /// Time counts from where K and T could be told apart: what came before taught nothing of either alone. It grows
+    /// a little faster than the rows, for delay and state become known meanwhile.
     fn time_to_target(&self) -> f64 {
         let Some(estimate) = self.identifier.identified() else { return f64::INFINITY };
-        let sd = estimate.sd();
-        let worst = (sd[0] / estimate.model.K.abs()).max(sd[1] / estimate.model.T);
-        let t = self.samples as f64 * self.settings.scheme.Ts();
-        (t * ((worst / self.settings.target).powi(2) - 1.0)).max(0.0)
+        let seconds = |samples: usize| samples as f64 * self.settings.scheme.Ts();
+        let (t, held) = (seconds(self.samples), seconds(self.settings.scheme.rows()));
+        let more = t * ((worst(&estimate) / self.settings.target).powf(2.0 / GROWTH) - 1.0);
+        match more {
+            _ if self.samples == 0 || more > held - t => f64::INFINITY,
+            _ => more.max(0.0),
+        }
     }
+}
+
+/// Whether a sample is the next one: half a sample time is jitter, more is a gap.
+fn follows(last: f64, t: f64, Ts: f64) -> bool {
+    (t - last - Ts).abs() <= 0.5 * Ts
+}
+
+/// The larger of the relative standard deviations of K and T.
+fn worst(estimate: &Identified) -> f64 {
+    let sd = estimate.sd();
+    (sd[0] / estimate.model.K.abs()).max(sd[1] / estimate.model.T)
 }
 
 /// The first of K, T, L whose standard deviation is beyond its limit: relative to K and T, and to `T + L`.

@@ -4,8 +4,7 @@
 //!
 //! ```text
 //! s^2  exponentially weighted mean of min(eps^2/v, 9 s^2)
-//! z    = eps/(s sqrt(v)), cut to +-6
-//! g+-  <- max(0, g+- +- z - 0.75),  alarm where one exceeds 8, and both begin again
+//! z    = eps/(s sqrt(v)), cut to +-6 and summed ([`Cusum`])
 //! ```
 //!
 //! Where the prediction is less certain than the noise, `v >= 2`, an innovation speaks of the parameters and not of
@@ -13,8 +12,7 @@
 //! outlier takes the sum to 5.25 and raises no alarm; a step that stays does so at its second sample.
 //! METHODS 1.4; the cumulative sum: Page 1954; its use here: Gustafsson 2000, chapter 3.
 
-/// Standard deviations to which an innovation is cut.
-pub const CLIP: f64 = 6.0;
+use super::cusum::Cusum;
 
 /// Innovations judged before any is cut or summed, unless told otherwise: their scale is then known to a tenth.
 pub const FIRST: f64 = 50.0;
@@ -24,12 +22,6 @@ const MEMORY: f64 = 200.0;
 
 /// Standard deviations, squared, to which an innovation counts in the scale.
 const ROBUST: f64 = 9.0;
-
-/// What a sample may deviate without adding to the sum.
-const DRIFT: f64 = 0.75;
-
-/// The sum that raises the alarm.
-const ALARM: f64 = 8.0;
 
 /// Share of the output's travel below which no noise is believed when innovations are judged: what parameters
 /// still on their way leave over is neither an outlier nor a step.
@@ -43,8 +35,7 @@ pub struct Innovation {
     watch: bool,
     s2: f64,
     rows: f64, // judged
-    up: f64,
-    down: f64,
+    sums: Cusum,
 }
 
 /// What was made of an innovation.
@@ -62,7 +53,7 @@ impl Innovation {
     /// Cuts at `clip` standard deviations if given, and `watch`es for steps, after the `first` innovations.
     pub fn new(clip: Option<f64>, watch: bool, first: f64) -> Self {
         let clip2 = clip.map_or(f64::INFINITY, |clip| clip * clip);
-        Innovation { clip2, watch, first, s2: 0.0, rows: 0.0, up: 0.0, down: 0.0 }
+        Innovation { clip2, watch, first, s2: 0.0, rows: 0.0, sums: Cusum::default() }
     }
 
     /// Takes in the residuals of a batch.
@@ -85,7 +76,7 @@ impl Innovation {
         }
         let s2 = self.s2.max((LEAST * travel).powi(2)).max(f64::MIN_POSITIVE);
         let z2 = eps * eps / (v * s2);
-        if self.watch && self.sum(z2.sqrt().min(CLIP).copysign(eps)) {
+        if self.watch && self.sums.step(z2.sqrt().copysign(eps)).is_some() {
             return Judged { eps, surprise: 1.0, alarm: true };
         }
         let change = z2.min(ROBUST) * s2 - self.s2;
@@ -103,18 +94,6 @@ impl Innovation {
         Judged { eps: eps * (self.clip2 / z2).sqrt(), surprise: self.clip2, alarm: false }
     }
 
-    /// Sums deviations either way; whether that raises the alarm.
-    #[inline(always)]
-    fn sum(&mut self, z: f64) -> bool {
-        self.up = (self.up + z - DRIFT).max(0.0);
-        self.down = (self.down - z - DRIFT).max(0.0);
-        let alarm = self.up.max(self.down) > ALARM;
-        if alarm {
-            (self.up, self.down) = (0.0, 0.0);
-        }
-        alarm
-    }
-
     /// Variance of the noise; infinite before anything was judged.
     pub fn s2(&self) -> f64 {
         if self.rows > 0.0 { self.s2 } else { f64::INFINITY }
@@ -122,13 +101,15 @@ impl Innovation {
 
     /// Walks over every number of the state.
     pub(super) fn numbers(&mut self, visit: &mut dyn FnMut(&mut f64)) {
-        let Innovation { s2, rows, up, down, .. } = self;
-        [s2, rows, up, down].into_iter().for_each(visit);
+        visit(&mut self.s2);
+        visit(&mut self.rows);
+        self.sums.numbers(visit);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::CLIP;
     use super::*;
     use crate::linalg::white;
 

@@ -198,7 +198,7 @@ impl BankIdentifier {
         let likely = delays.iter().enumerate().filter(|(_, p)| **p > UNLIKELY);
         let mode = |(k, &weight): (usize, &f64)| self.plant(k).map(|(model, P, _)| Mode { model, P, weight });
         let modes = likely.filter_map(mode).collect();
-        Some(Identified { model, P, offset, modes, delays })
+        Some(Identified { model, P, offset, outside: false, modes, delays })
     }
 
     /// Forgets everything: the plant is another one.

@@ -22,6 +22,8 @@ pub struct Identified {
     pub P: [f64; 16],
     /// `O` in `y = G u + O`.
     pub offset: f64,
+    /// Whether the delay lies beyond the range.
+    pub outside: bool,
     /// Plants that are possible, with their probabilities.
     pub modes: Vec<Mode>,
     /// Probability of each delay of the range, whole samples.

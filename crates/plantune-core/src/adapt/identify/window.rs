@@ -14,7 +14,7 @@
 
 use super::super::alarm::Alarm;
 use super::{Identified, News};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linalg::extent;
 use crate::recursive::{Estimate, Predictor, Window};
 
@@ -29,6 +29,9 @@ const KNOWN: (f64, f64, f64) = (0.05, 0.1, 0.95);
 
 /// Squared errors in the sum from which on their variance is known.
 const FEWEST: usize = 60;
+
+/// Rows beyond the longest delay without which a plant is never fitted.
+const FEWEST_ROWS: usize = 10;
 
 /// Standard deviations from which on an error does not count.
 const OUTLIER: f64 = 5.0;
@@ -84,6 +87,17 @@ impl WindowIdentifier {
     pub fn new(settings: WindowSettings) -> Result<Self> {
         let WindowSettings { Ts, nk, fraction, rows, every } = settings;
         let window = Window::new(Ts, nk.0..=nk.1, fraction, rows)?;
+        let least = nk.1 + FEWEST_ROWS;
+        if rows < least {
+            return Err(Error::argument(
+                "rows",
+                rows,
+                &format!("at least {least}, nk and {FEWEST_ROWS} more"),
+            ));
+        }
+        if every == 0 {
+            return Err(Error::argument("every", every, "at least 1 sample"));
+        }
         Ok(WindowIdentifier {
             settings,
             window,
@@ -97,8 +111,8 @@ impl WindowIdentifier {
 
     /// The last estimate.
     pub fn identified(&self) -> Option<Identified> {
-        let Estimate { model, P, offset, modes, delays, .. } = self.estimate.clone()?;
-        Some(Identified { model, P, offset, modes, delays })
+        let Estimate { model, P, offset, outside, modes, delays, .. } = self.estimate.clone()?;
+        Some(Identified { model, P, offset, outside, modes, delays })
     }
 
     /// Whether an alarm waits for its judgement.
@@ -200,7 +214,9 @@ impl WindowIdentifier {
             return;
         }
         let mut predictor = estimate.predictor.clone();
-        let (u, y) = self.window.last(MEMORY.max(predictor.history() + 1));
+        // At another level its errors are none of the model's, and its memory would call them an alarm.
+        let level = self.window.level_len().saturating_sub(1) + predictor.history();
+        let (u, y) = self.window.last(MEMORY.max(predictor.history() + 1).min(level));
         predictor.warm(u, y);
         self.predictor = Some(predictor);
     }

@@ -66,8 +66,10 @@ struct Begin {
 pub struct Estimate {
     /// The most probable plant.
     pub model: Fopdt,
-    /// Covariance of `K, T, L, O`; row-major.
+    /// Covariance of `K, T, L, O` over all plants that are possible; row-major.
     pub P: [f64; 16],
+    /// Whether the rows speak for a delay beyond the range.
+    pub outside: bool,
     /// `O` in `y = G u + O`, of the last stretch.
     pub offset: f64,
     /// Coefficient of the noise, `C = 1 + c q^-1`.
@@ -142,6 +144,11 @@ impl Window {
     /// Whether it holds none.
     pub fn is_empty(&self) -> bool {
         self.y.is_empty()
+    }
+
+    /// Rows since the level began, or the signals.
+    pub fn level_len(&self) -> usize {
+        self.y.len() - self.starts.last().map_or(0, |start| start.row)
     }
 
     /// The last rows, at most `count`, oldest first.

@@ -13,7 +13,7 @@ use crate::linalg::{congruence, solve};
 use crate::model::Fopdt;
 
 /// Pivots below this share mean that the rows do not tell parameters apart.
-const RANK_TOLERANCE: f64 = 1e-9;
+pub(super) const RANK_TOLERANCE: f64 = 1e-9;
 
 /// A minimum as a plant.
 #[derive(Clone)]

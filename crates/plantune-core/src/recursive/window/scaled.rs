@@ -4,15 +4,19 @@ use std::ops::{Range, RangeInclusive};
 
 use statrs::function::erf::erf;
 
-use super::cell::{EXACT, Found, OWN, Rows, SHARED, search};
+use super::cell::{EXACT, Found, Free, OWN, Rows, SHARED, linearised, search};
+use super::plant::{Plant, RANK_TOLERANCE};
 use super::{Begin, Estimate, Mode, Window};
-use crate::linalg::extent;
+use crate::linalg::{extent, solve};
 
 /// Shortest and longest time constant searched, in samples.
 const TIMES: (f64, f64) = (0.2, 1e5);
 
 /// Rows beside the parameters that a fit needs.
 const SPARE: usize = 2;
+
+/// Squared deviations of `b2`, let free at an end of the range, from which on the delay lies beyond it.
+const BEYOND: f64 = 9.0;
 
 /// Likelihood against that of the best, from which on a minimum counts.
 const UNLIKELY: f64 = 1e-6;
@@ -86,7 +90,7 @@ impl Scaled {
     pub(super) fn estimate(&self, found: &[Option<Found>], weights: &[f64], best: usize) -> Option<Estimate> {
         let N = self.rows.N();
         let weight = |i: usize| weights.get(i).copied().unwrap_or(0.0);
-        let (mut modes, mut shown) = (Vec::new(), None);
+        let (mut plants, mut shown): (Vec<(Plant, f64)>, _) = (Vec::new(), None);
         for (i, at) in found.iter().enumerate() {
             // Between whole samples the likelihood goes on from cell to cell: only its tops count.
             let is_top = !self.fraction || weight(i) >= weight(i.wrapping_sub(1)).max(weight(i + 1));
@@ -96,17 +100,20 @@ impl Scaled {
             if i == best {
                 shown = plant.clone();
             }
-            modes.extend(plant.map(|plant| Mode { model: plant.model, P: plant.P, weight: weights[i] }));
+            plants.extend(plant.map(|plant| (plant, weights[i])));
         }
-        let sum: f64 = modes.iter().map(|mode| mode.weight).sum();
-        modes.iter_mut().for_each(|mode| mode.weight /= sum);
+        let sum: f64 = plants.iter().map(|(_, weight)| weight).sum();
+        plants.iter_mut().for_each(|(_, weight)| *weight /= sum);
         let (shown, fit) = (shown?, found[best].as_ref()?);
+        let mode = |(plant, weight): &(Plant, f64)| Mode { model: plant.model, P: plant.P, weight: *weight };
+        let modes: Vec<Mode> = plants.iter().map(mode).collect();
         let parameters = fit.parameters();
         let s2 = fit.cost / (N - parameters) as f64 / (self.sy * self.sy);
         let delays = self.cells.clone().map(|m| delay_share(&modes, m as f64, self.Ts)).collect();
         Some(Estimate {
             model: shown.model,
-            P: shown.P,
+            P: about(&shown, &plants),
+            outside: self.is_outside(fit, best),
             offset: shown.offset,
             c: fit.theta[3],
             s2,
@@ -117,6 +124,40 @@ impl Scaled {
             predictor: shown.predictor,
         })
     }
+
+    /// Whether `b2`, let free at an end of the range, would be of the sign that a delay beyond it has.
+    fn is_outside(&self, found: &Found, i: usize) -> bool {
+        let m = self.cells.start() + i;
+        let (shorter, longer) = (i == 0 && m > 0, m == *self.cells.end());
+        if found.free.b2 || !(shorter || longer) {
+            return false;
+        }
+        let Some(triangle) = linearised(&self.rows, m, &found.theta, Free { b2: true, c: found.free.c })
+        else {
+            return false;
+        };
+        let n = triangle.n() - 1;
+        let all: Vec<usize> = (0..n).collect();
+        let Ok(step) = solve(&triangle, &all, n, RANK_TOLERANCE) else { return false };
+        let s2 = (found.cost / (self.rows.N() - found.parameters()) as f64).max(EXACT);
+        let (b1, b2) = (found.theta[1], step.theta[2]);
+        let is_sure = b2 * b2 > BEYOND * s2 * step.inverse_gram[2 * n + 2];
+        is_sure && if b1 * b2 > 0.0 { longer } else { shorter }
+    }
+}
+
+/// Covariance of `K, T, L, O` about the plant shown, over all that are possible.
+fn about(shown: &Plant, plants: &[(Plant, f64)]) -> [f64; 16] {
+    let vector = |p: &Plant| [p.model.K, p.model.T, p.model.L, p.offset];
+    let mut P = [0.0; 16];
+    for (plant, weight) in plants {
+        let (x, x0) = (vector(plant), vector(shown));
+        for (ij, p) in P.iter_mut().enumerate() {
+            let (i, j) = (ij / 4, ij % 4);
+            *p += weight * (plant.P[ij] + (x[i] - x0[i]) * (x[j] - x0[j]));
+        }
+    }
+    P
 }
 
 /// Rows whose errors count: from where every lag lies in the same signals, and after the first row of a level.
