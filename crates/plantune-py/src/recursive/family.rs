@@ -30,7 +30,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 ///     Whether a constant is estimated, on data less their first sample; it comes back as `offset`.
 /// P0 : float or array (n, n), optional
 ///     Covariance of the start in units of the noise variance, a number times identity; `n` counts
-///     the constant, which is last.  None: no knowledge, whatever the units of the signals.
+///     the constant, which is last.  None: no knowledge, whatever the units of the signals; `OE` and `BJ`
+///     then look at the first 20 samples a parameter, to see how far signals go, and learn them at once.
 /// theta0 : array, optional
 ///     Coefficients to start from; zero by default.
 /// Ts : float, optional

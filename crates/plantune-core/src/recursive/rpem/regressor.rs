@@ -10,8 +10,8 @@
 //! so that `psi` is `D/C phi` for a and the constant, `D/(C F) phi` for b and f, `1/C phi` for c and d.
 //! Ljung 1999, (10.53) and 11.4; source 001, (3.7-10).
 
-use super::room::Room;
-use super::rpem::Structure;
+use super::super::room::Room;
+use super::Structure;
 
 /// Below this a decaying signal is over: denormal numbers are slow, and never reach zero.
 const DECAYED: f64 = 1e-200;

@@ -17,16 +17,25 @@
 //! for zero, `w = A y - d`. The memory of signals moves on whatever happens: while the input rests (gate.rs), and
 //! where an output is missing and its prediction stands for it. An alarm (innovation.rs) opens the offset alone.
 
+mod projection;
+mod regressor;
+mod reports;
+mod start;
+mod structure;
+mod trace;
+
+pub use structure::Structure;
+pub use trace::Trace;
+
 use super::forgetting::{Forgetting, Scheme};
 use super::gate::Gate;
 use super::innovation::{FIRST, Innovation};
-use super::projection;
-use super::regressor::{Newest, Regressor};
 use super::rls::{overflow, restore};
 use super::room::{Room, VECTORS, with_room};
 use super::ud::Ud;
 use crate::error::{Error, Result};
-use crate::model::PolyModel;
+use regressor::{Newest, Regressor};
+use start::{EQUATION, Known, LOOK, SIMULATED};
 
 /// Radius for the roots of `C`: beyond it errors of the start would stay in the gradient.
 const RADIUS_C: f64 = 0.98;
@@ -37,28 +46,6 @@ const RADIUS: f64 = 0.999;
 /// Halvings of a step that leads outside before it is not taken at all.
 const HALVINGS: usize = 30;
 
-/// What a start without knowledge knows of the coefficients of the path and of the noise, `D_j = known/travel^2`: a
-/// sample in which the signal has gone as far as it went before weighs so many noise variances against the start.
-/// With an equation error the first samples may decide; `C` had better wait until there are errors to speak of.
-const EQUATION: Known = Known { path: 1e6, noise: 10.0 };
-
-/// From nowhere a simulated output leads anywhere, and `C/D` takes the errors of an unknown path for noise that
-/// wanders: the first samples may not decide, and the noise waits longest.
-const SIMULATED: Known = Known { path: 10.0, noise: 1.0 };
-
-/// The same for what is forgotten later.
-const LEAST_KNOWN: f64 = 1e6;
-
-/// Samples per parameter that are looked at before anything is simulated, to see how far signals go; then they are
-/// learnt all at once.
-const LOOK: usize = 20;
-
-#[derive(Clone, Copy, Debug)]
-struct Known {
-    path: f64,
-    noise: f64,
-}
-
 /// Innovations judged before any is cut where an output is simulated: early parameters stay in it.
 const FIRST_SIMULATED: f64 = 200.0;
 
@@ -67,65 +54,6 @@ const TIDY: u64 = 256;
 
 /// Variance that an alarm gives the constant, in noise variances.
 const BUMP: f64 = 1e3;
-
-/// Numbers of free coefficients in the order of `theta`, the delay, and whether there is a constant behind them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Structure {
-    /// Of `A`.
-    pub na: usize,
-    /// Of `B`.
-    pub nb: usize,
-    /// Of `C`.
-    pub nc: usize,
-    /// Of `D`.
-    pub nd: usize,
-    /// Of `F`.
-    pub nf: usize,
-    /// Delay in samples.
-    pub nk: usize,
-    /// Whether a constant is estimated.
-    pub offset: bool,
-}
-
-impl Structure {
-    /// Coefficients, and the constant.
-    pub fn n(&self) -> usize {
-        self.coefficients() + usize::from(self.offset)
-    }
-
-    /// Coefficients `a b c d f`.
-    pub fn coefficients(&self) -> usize {
-        self.na + self.nb + self.nc + self.nd + self.nf
-    }
-
-    /// Rows until every lag lies in the segment.
-    pub fn history(&self) -> usize {
-        self.na.max(self.nf).max(self.nk + self.nb - 1)
-    }
-
-    /// `a1 … b1 … c1 … d1 … f1 …`.
-    pub fn names(&self) -> Vec<String> {
-        let each = |(letter, n): (char, usize)| (1..=n).map(move |k| format!("{letter}{k}"));
-        let orders = [('a', self.na), ('b', self.nb), ('c', self.nc), ('d', self.nd), ('f', self.nf)];
-        orders.into_iter().flat_map(each).collect()
-    }
-
-    /// The model of these coefficients.
-    pub fn model(&self, theta: &[f64], Ts: f64) -> PolyModel {
-        let ones = |n: usize| [vec![1.0], vec![0.0; n]].concat();
-        let mut model = PolyModel {
-            A: ones(self.na),
-            B: vec![vec![0.0; self.nb]],
-            C: ones(self.nc),
-            D: ones(self.nd),
-            F: vec![ones(self.nf)],
-            nk: vec![self.nk],
-            Ts,
-        };
-        model.set_theta(&theta[..self.coefficients()]);
-        model
-    }
-}
 
 /// How an estimator of the family learns.
 #[derive(Clone, Debug)]
@@ -317,42 +245,6 @@ impl Rpem {
         Ok((y.is_some() && !filling).then_some(eps))
     }
 
-    /// Looks at a sample (NaN: no output) until there are enough and the input has moved; then learns them all.
-    #[cold]
-    fn look(&mut self, u: f64, y: f64) -> Result<Option<f64>> {
-        if !u.is_finite() {
-            return Err(Error::argument("u", u, "a finite number"));
-        }
-        if !(u * u + if y.is_nan() { 0.0 } else { y * y }).is_finite() {
-            return Err(overflow());
-        }
-        if self.seen.is_empty() && y.is_nan() {
-            return Ok(None);
-        }
-        let full = LOOK * self.theta.len();
-        if self.seen.len() == full {
-            self.seen.remove(0);
-        }
-        self.seen.push([u, y]);
-        self.samples += 1;
-        let [u0, y0] = self.seen[0];
-        let far = |i: usize, zero: f64| self.seen.iter().map(|s| (s[i] - zero).abs()).fold(0.0, f64::max);
-        let travel =
-            if self.structure.offset { [far(0, u0), far(1, y0)] } else { [far(0, 0.0), far(1, 0.0)] };
-        if self.seen.len() < full || travel[0] == 0.0 {
-            return Ok(None);
-        }
-        (self.looking, self.travel) = (false, travel);
-        self.samples -= full as u64;
-        self.open();
-        let seen = std::mem::take(&mut self.seen);
-        let mut last = None;
-        for &[u, y] in &seen {
-            last = if y.is_nan() { self.skip(u).map(|()| None)? } else { self.step(u, y)? };
-        }
-        Ok(last)
-    }
-
     /// What the first sample fixes.
     #[cold]
     fn begin(&mut self, u: f64, y: f64) -> Result<()> {
@@ -399,28 +291,6 @@ impl Rpem {
     fn open_constant(&mut self) {
         self.alarms += 1.0;
         self.P.add_to(self.theta.len() - 1, BUMP);
-    }
-
-    /// Of a start without knowledge, brings parameters into play once their signals have moved.
-    #[cold]
-    fn open(&mut self) {
-        let Some(known) = self.known else { return };
-        let Structure { na, nb, nc, nd, .. } = self.structure;
-        let (a, c, f) = (na, na + nb, na + nb + nc + nd);
-        for j in 0..self.theta.len() {
-            let (known, travel) = if j == self.structure.coefficients() {
-                (known.path, 1.0)
-            } else if (a..c).contains(&j) {
-                (known.path, self.travel[0])
-            } else {
-                (if (c..f).contains(&j) { known.noise } else { known.path }, self.travel[1])
-            };
-            let per = 1.0 / (travel * travel);
-            if self.P.factors().1[j] == 0.0 && per.is_finite() {
-                self.P.open(j, known * per, LEAST_KNOWN * per);
-                self.closed -= 1;
-            }
-        }
     }
 
     /// Keeps `C`, `D` and `F` stable; whether that changed the parameters.
@@ -490,83 +360,6 @@ impl Rpem {
         if self.samples.is_multiple_of(TIDY) {
             self.regressor.tidy();
         }
-    }
-
-    /// Orders and delay.
-    pub fn structure(&self) -> Structure {
-        self.structure
-    }
-
-    /// Coefficients `a b c d f`.
-    pub fn theta(&self) -> &[f64] {
-        &self.theta[..self.structure.coefficients()]
-    }
-
-    /// The constant `d`, on data less their first sample.
-    pub fn constant(&self) -> f64 {
-        if self.structure.offset { self.theta[self.theta.len() - 1] } else { 0.0 }
-    }
-
-    /// Covariance of the coefficients, then of the constant, in units of the noise variance.
-    pub fn P(&self) -> &Ud {
-        &self.P
-    }
-
-    /// How it forgets.
-    pub fn forgetting(&self) -> &Forgetting {
-        &self.forgetting
-    }
-
-    /// Standard deviations of the coefficients; infinite where nothing is known yet.
-    pub fn sd(&self) -> Vec<f64> {
-        (0..self.structure.coefficients()).map(|j| self.covariance(j, j).sqrt()).collect()
-    }
-
-    /// Standard deviation of the noise; infinite before anything was judged.
-    pub fn noise_sd(&self) -> f64 {
-        self.innovation.s2().sqrt()
-    }
-
-    /// `O` in `y = G u + O`, in the units of the signals, with its standard deviation; the drift of an integrator.
-    pub fn offset(&self) -> (f64, f64) {
-        if !self.structure.offset {
-            return (0.0, 0.0);
-        }
-        let [u0, y0] = self.zero;
-        let (O, gradient) = self.model(1.0).level(self.constant(), &[u0], y0);
-        let n = gradient.len();
-        let term = |ij: usize| match gradient[ij / n] * gradient[ij % n] {
-            0.0 => 0.0,
-            product => product * self.covariance(ij / n, ij % n),
-        };
-        (O, (0..n * n).map(term).sum::<f64>().max(0.0).sqrt())
-    }
-
-    /// The model at this moment.
-    pub fn model(&self, Ts: f64) -> PolyModel {
-        self.structure.model(&self.theta, Ts)
-    }
-
-    /// Steps of the offset that were seen.
-    pub fn alarms(&self) -> usize {
-        self.alarms as usize
-    }
-
-    /// Samples taken in, learnt or not.
-    pub fn samples(&self) -> usize {
-        self.samples as usize
-    }
-
-    /// Whether the last sample was learnt.
-    pub fn learnt(&self) -> bool {
-        self.learnt
-    }
-
-    fn covariance(&self, i: usize, j: usize) -> f64 {
-        if i == j && self.P.factors().1[i] == 0.0 {
-            return f64::INFINITY;
-        }
-        self.innovation.s2() * self.forgetting.spread() * self.P.at(i, j)
     }
 
     /// Every number of the state; the settings are not among them.
