@@ -268,6 +268,13 @@ def test_outputs_that_are_missing_cost_what_they_held():
     assert np.isnan(trace.eps[~valid]).all() and not trace.learnt[~valid].any()
 
 
+def test_a_record_keeps_the_limits_it_was_made_with():
+    rec, valid = plant("oe", 7, 300), np.arange(300) % 3 > 0
+    limits = pt.Limits(D07=0.5)
+    rec = pt.Record(u=rec.u, y=rec.y, Ts=1.0, valid=valid, limits=limits)
+    assert R.OE(1, 1, 2).run(rec).learnt.sum() > 100
+
+
 def test_the_trace_carries_the_model_of_each_moment():
     rec = plant("bj", 8)
     trace = R.BJ(1, 1, 1, 1, 2).run(rec)

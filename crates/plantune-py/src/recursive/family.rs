@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyTuple};
 use super::options::Options;
 use crate::error::Outcome;
 use crate::model::ModelOut;
-use crate::values::{Array, Matrix, RecordIn, array, matrix};
+use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Recursion>()?;
@@ -128,7 +128,9 @@ impl Recursion {
     fn run<'py>(slf: &Bound<'py, Self>, rec: &Bound<'py, PyAny>, every: usize) -> Outcome<Bound<'py, PyAny>> {
         let py = slf.py();
         let input: RecordIn<'py> = rec.extract()?;
-        let record = input.view(&Limits::default())?;
+        // The thresholds that the record was made with.
+        let limits: Option<LimitsIn> = rec.getattr("limits")?.extract()?;
+        let record = input.view(&limits.map_or_else(Limits::default, Limits::from))?;
         let trace = {
             let this = &mut *slf.try_borrow_mut().map_err(PyErr::from)?;
             if let Some(Ts) = this.Ts.filter(|Ts| *Ts != record.Ts) {
