@@ -66,3 +66,9 @@ def test_a_sample_that_is_none_is_not_learnt(tmp_path, sample):
     assert state() == before
     rls.update([1.0, 2.0], 3.0)
     assert update([0.5, 1.0], 2.0) == approx(rls.update([0.5, 1.0], 2.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("settings", [{"forgetting": "directional"}, {"lam0": 0.9}, {"clip": 6.0}])
+def test_what_the_source_does_not_hold_is_refused(settings):
+    with pytest.raises(pt.UsageError):
+        pt.export.c_source(pt.recursive.RLS(2, lam=0.98, **settings))

@@ -34,8 +34,8 @@ ESTIMATORS = {
 def engine_with_steps(seed, noise_var=1.5, steps=(), t_end=30.0):
     """Return the engine loop of source 001, 3.7.6c, its output offset stepping at (t, by).
 
-    K e^(-0.1 s)/(T s + 1), Ts 0.02 s, offset 583.451, PI -0.018, -0.3385, set point 400 +- 50
-    held 0.2 s.
+    K e^(-0.1 s)/(T s + 1), Ts 0.02 s, offset 583.451, PI -0.018, -0.3385; the set point is
+    400 +- 50 and held 0.2 s.
     """
     rng = np.random.default_rng(1000 + seed)
     N, (K, T) = round(t_end / 0.02), ENGINE

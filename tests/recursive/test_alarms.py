@@ -41,9 +41,7 @@ def test_no_false_alarm_in_forty_runs(make):
 
 @pytest.mark.parametrize("lam", [1.0, 0.995])
 def test_a_step_of_the_offset_moves_the_offset_and_nothing_else(lam):
-    """METHODS 1.4: -60 at 15 s; median peak error 0.9 % of K and 2.3 % of T, alarm after one
-    sample.
-    """
+    """METHODS 1.4: -60 at 15 s; median peak error 0.9 % of K, 2.3 % of T, alarm after a sample."""
     peaks = []
     for seed in range(20):
         trace = rml(lam=lam).run(engine_with_steps(seed, steps=[(15.0, -60.0)]))
@@ -82,9 +80,7 @@ def test_outliers_raise_no_alarm_and_hardly_move_anything():
 
 
 def test_gain_and_lag_are_found_as_soon_as_the_prototypes_found_them():
-    """METHODS 1.1, RML with the offset: RMS errors of K and T in percent at 2, 5 and 10 s over
-    40 runs.
-    """
+    """METHODS 1.1, RML with the offset: RMS errors of K and T, percent, at 2, 5, 10 s, 40 runs."""
     errors = []
     for seed in range(40):
         rec = pt.datasets.engine_loop(1.5, seed, t_end=10.0, hold=0.2)
@@ -94,9 +90,7 @@ def test_gain_and_lag_are_found_as_soon_as_the_prototypes_found_them():
 
 
 def test_without_noise_half_a_second_is_enough():
-    """To stay within 1 % of K and T, counted from the first move of the set point; METHODS 1.1:
-    0.26 s.
-    """
+    """To stay within 1 % of K and T, from the first move of the set point; METHODS 1.1: 0.26 s."""
     taken = []
     for seed in range(20):
         rec = pt.datasets.engine_loop(0.0, seed, t_end=5.0, hold=0.2)

@@ -14,9 +14,7 @@ TRUTH = [0.8745, -0.745, 0.6275]  # y = a y(-1) + b u(-1) + d
 
 @pytest.mark.parametrize("kind", ESTIMATORS)
 def test_a_million_samples_without_motion_change_nothing(kind):
-    """N07: forgetting 0.98, then a step; y = 2.5/(1 - 0.8 q^-1), so a time constant is 4.5
-    samples.
-    """
+    """N07: forgetting 0.98, then a step; a time constant is 4.5 samples."""
     rng = np.random.default_rng(1)
     moving, still = 1000, 1_000_000
     u = np.r_[levels(moving, 5, rng, 0.0), np.full(still, 1.0), np.full(40, -1.0)]
@@ -45,9 +43,10 @@ def frozen(seed=1, N=4000, still=56_000):
 
 
 def test_what_each_scheme_makes_of_a_frozen_input():
-    """METHODS 1.3, factor 0.995.  Plain: P 3e119 there, at its bound here, parameters lost;
-    directional: max P
-    0.007, .872 -.749 .632; gate: .874 -.746 .629."""
+    """METHODS 1.3, factor 0.995.  There plain forgetting ends with P 3e119, here at its bound.
+
+    Directional: max P 0.007, .872 -.749 .632; gate: 0.18, .874 -.746 .629.
+    """
     u, y = frozen()
     phi = np.c_[y[:-1], u[:-1], np.ones(len(u) - 1)]
     found = {}

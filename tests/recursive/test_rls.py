@@ -229,9 +229,7 @@ def test_a_kalman_filter_without_a_walk_is_no_forgetting():
         rls.run(phi, y)
     assert kalman.theta == approx(plain.theta, rel=1e-13)
     assert kalman.P == approx(plain.P, rel=1e-12) and kalman.sd == approx(plain.sd, rel=1e-12)
-    assert printed.theta == approx(
-        plain.theta, rel=1e-5
-    )  # all rows weigh the same, P0 a little more
+    assert printed.theta == approx(plain.theta, rel=1e-5)  # all rows weigh the same
     assert printed.P == approx(0.97 * plain.P, rel=1e-5)
 
 
@@ -336,9 +334,8 @@ def test_nist_problems_are_solved_or_their_digits_said(data, name):
         assert (expected <= np.maximum(reached, 0.0) + 1.0).all()
         assert reached.min() >= batch - 4 or expected.min() < batch - 4
         if alpha is None:  # a batch begins with all the digits that its triangle has
-            assert (
-                reached.min() >= {1: 11, 2: 12, 3: 9, 4: 7, 5: 5, "Longley": 10, "Filip": 6}[name]
-            )
+            least = {1: 11, 2: 12, 3: 9, 4: 7, 5: 5, "Longley": 10, "Filip": 6}
+            assert reached.min() >= least[name]
 
 
 def test_expected_digits_are_honest():

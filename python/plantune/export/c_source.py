@@ -93,6 +93,12 @@ def c_source(
             raise refusal(
                 "U01", "an estimator has neither Ts nor limits of u", remedy="leave them out"
             )
+        if what.forgetting != "exponential" or what.lam0 != what.lam or what.clip is not None:
+            raise refusal(
+                "U01",
+                "only an estimator with one forgetting factor, and without a clip, is written in C",
+                remedy="leave lam0, clip and forgetting out",
+            )
         return _text(_estimator(what, named(prefix, "rls")))
     subject = subject_of(what, Ts, u_min, u_max, (u_unit, y_unit))
     if isinstance(subject, Controller):

@@ -54,7 +54,7 @@ class Trace:
     >>> trace.theta.shape, trace.names, trace.alarms.tolist()
     ((3000, 3), ('a1', 'b1', 'c1'), [])
     >>> print(trace)  # doctest: +ELLIPSIS
-    ARMAX after 3000 rows: a1 -0.8733 ± 0.00074, b1 -0.7511 ± 0.0042, c1 -0.8466 ± 0.023, off...
+    ARMAX after 3000 rows: a1 -0.8733 ± 0.00074, b1 -0.7511 ± 0.0042, c1 -0.8466 ± 0.023, ...
     >>> bool(abs(trace.model_at(20.0).dc_gain() + 5.939) < 0.2)
     True
     """

@@ -167,9 +167,29 @@ impl Forgetting {
     #[inline(always)]
     pub fn learn(&mut self, n: usize, P: &mut Ud, room: &mut Room<'_>, q: f64, judged: Judged) -> f64 {
         let Judged { eps, surprise, .. } = judged;
+        // P <- (P - g P psi psi' P / (1 + g q)) / lambda, and L = gain P psi / (1 + g q).
+        let (g, per_lambda, gain) = match &self.scheme {
+            Scheme::Exponential { .. } => (self.per_lambda, self.per_lambda, self.per_lambda),
+            Scheme::Variable { lambda } => {
+                self.lambda = (1.0 - surprise * (1.0 - lambda)).clamp(LEAST.min(*lambda), 1.0);
+                (1.0, 1.0 / self.lambda, 1.0)
+            }
+            Scheme::Directional { lambda } => {
+                (if q > 0.0 { lambda - (1.0 - lambda) / q } else { 0.0 }, 1.0, *lambda)
+            }
+            Scheme::Kalman { R2, .. } => (1.0 / R2, 1.0, 1.0 / R2),
+        };
+        let scale = P.update(n, room, g, per_lambda) * (gain * eps);
+        self.go_on(P);
+        scale
+    }
+
+    /// What is left to do once `P` is past the sample.
+    #[inline(always)]
+    fn go_on(&mut self, P: &mut Ud) {
+        let lambda = self.lambda;
         match &self.scheme {
             Scheme::Exponential { lambda: end, rho, .. } => {
-                let (lambda, per_lambda) = (self.lambda, self.per_lambda);
                 self.weights = lambda * self.weights + 1.0;
                 self.squares = lambda * lambda * self.squares + 1.0;
                 if self.gap != 0.0 {
@@ -177,25 +197,16 @@ impl Forgetting {
                     self.lambda = end - self.gap;
                     self.per_lambda = 1.0 / self.lambda;
                 }
-                P.update(n, room, per_lambda, per_lambda) * (per_lambda * eps)
             }
-            Scheme::Variable { lambda } => {
-                self.lambda = (1.0 - surprise * (1.0 - lambda)).clamp(LEAST.min(*lambda), 1.0);
-                self.weights = self.lambda * (self.weights + 1.0);
-                self.squares = self.lambda * self.lambda * (self.squares + 1.0);
-                P.update(n, room, 1.0, 1.0 / self.lambda) * eps
+            Scheme::Variable { .. } => {
+                self.weights = lambda * (self.weights + 1.0);
+                self.squares = lambda * lambda * (self.squares + 1.0);
             }
-            Scheme::Directional { lambda } => {
-                let g = if q > 0.0 { lambda - (1.0 - lambda) / q } else { 0.0 };
-                P.update(n, room, g, 1.0);
-                eps / (1.0 + q)
-            }
-            Scheme::Kalman { R1, R2 } => {
-                let scale = P.update(n, room, 1.0 / R2, 1.0) * (eps / R2);
+            Scheme::Directional { .. } => {}
+            Scheme::Kalman { R1, .. } => {
                 for (j, R1) in R1.iter().enumerate().filter(|(_, R1)| **R1 > 0.0) {
                     P.add_to(j, *R1);
                 }
-                scale
             }
         }
     }

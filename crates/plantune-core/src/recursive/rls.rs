@@ -160,11 +160,11 @@ impl Rls {
         }
         self.travel = self.travel.max(y.abs());
         let judged = self.innovation.judge(eps, 1.0 + q * self.forgetting.spread(), self.travel);
+        let lambda = self.forgetting.lambda();
         let scale = self.forgetting.learn(n, &mut self.P, room, q, judged);
         for (theta, b) in self.theta[..n].iter_mut().zip(&*room.b) {
             *theta += b * scale;
         }
-        let lambda = self.forgetting.lambda();
         self.rss = lambda * (self.rss + eps * eps / (lambda + q));
         self.kept = if self.kept > FADED { self.kept * lambda } else { 0.0 };
         Ok(eps)

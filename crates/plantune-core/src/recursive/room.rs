@@ -62,8 +62,20 @@ macro_rules! with_room {
         }
     };
     (small $size:literal, $name:ident, $room:ident, $body:expr) => {{
-        let ($name, mut own) = ($size, [0.0; VECTORS * $size]);
-        let $room = &mut Room::of($name, &mut own);
+        let $name = $size;
+        // Each its own: what keeps one of them from being registers leaves the others.
+        let [mut phi, mut psi, mut half, mut f] = [[0.0; $size]; 4];
+        let [mut q, mut inverse, mut b, mut before] = [[0.0; $size]; 4];
+        let $room = &mut Room {
+            phi: &mut phi,
+            psi: &mut psi,
+            half: &mut half,
+            f: &mut f,
+            q: &mut q,
+            inverse: &mut inverse,
+            b: &mut b,
+            before: &mut before,
+        };
         $body
     }};
 }

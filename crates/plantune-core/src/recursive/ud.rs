@@ -117,7 +117,8 @@ impl Ud {
 
     /// `q = psi' P psi` of the `psi` in the room, and what [`Ud::update`] needs of it.
     ///
-    /// `n` is the size, again: where the caller knows it all loops unroll.
+    /// `n` is the size, again: where the caller knows it all loops unroll, the inner ones as well, for which they
+    /// must not end at `j`.
     #[inline(always)]
     pub fn weigh(&self, n: usize, room: &mut Room<'_>) -> f64 {
         let (U, D, psi) = (&self.U[..n * (n - 1) / 2], &self.D[..n], &room.psi[..n]);
@@ -125,8 +126,10 @@ impl Ud {
         let (mut sum, mut column) = (0.0, 0);
         for j in 0..n {
             let mut x = 0.0;
-            for i in 0..j {
-                x += U[column + i] * psi[i];
+            for i in 0..n {
+                if i < j {
+                    x += U[column + i] * psi[i];
+                }
             }
             x += psi[j];
             sum += x * x * D[j];
@@ -153,10 +156,12 @@ impl Ud {
             let rest = D[j] * (before * inverse[j]) * per_lambda;
             D[j] = if rest < most[j] { rest } else { most[j] };
             let turn = f[j] * slope;
-            for i in 0..j {
-                let old = U[column + i];
-                U[column + i] = old + b[i] * turn;
-                b[i] += old * gain;
+            for i in 0..n {
+                if i < j {
+                    let old = U[column + i];
+                    U[column + i] = old + b[i] * turn;
+                    b[i] += old * gain;
+                }
             }
             b[j] = gain;
             before = 1.0 + g * q[j];

@@ -10,7 +10,7 @@ use pyo3::types::{PyDict, PyTuple};
 use super::options::Options;
 use crate::error::Outcome;
 use crate::model::ModelOut;
-use crate::values::{Array, Matrix, RecordIn, array, matrix};
+use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Recursion>()?;
@@ -30,7 +30,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 ///     Whether a constant is estimated, on data less their first sample; it comes back as `offset`.
 /// P0 : float or array (n, n), optional
 ///     Covariance of the start in units of the noise variance, a number times identity; `n` counts
-///     the constant, which is last.  None: no knowledge, whatever the units of the signals.
+///     the constant, which is last.  None: no knowledge, whatever the units of the signals; `OE` and `BJ`
+///     then look at the first 20 samples a parameter, to see how far signals go, and learn them at once.
 /// theta0 : array, optional
 ///     Coefficients to start from; zero by default.
 /// Ts : float, optional
@@ -127,7 +128,9 @@ impl Recursion {
     fn run<'py>(slf: &Bound<'py, Self>, rec: &Bound<'py, PyAny>, every: usize) -> Outcome<Bound<'py, PyAny>> {
         let py = slf.py();
         let input: RecordIn<'py> = rec.extract()?;
-        let record = input.view(&Limits::default())?;
+        // The thresholds that the record was made with.
+        let limits: Option<LimitsIn> = rec.getattr("limits")?.extract()?;
+        let record = input.view(&limits.map_or_else(Limits::default, Limits::from))?;
         let trace = {
             let this = &mut *slf.try_borrow_mut().map_err(PyErr::from)?;
             if let Some(Ts) = this.Ts.filter(|Ts| *Ts != record.Ts) {

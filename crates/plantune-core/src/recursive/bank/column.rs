@@ -2,7 +2,7 @@
 //!
 //! A column is the signals of one loop on their way to estimators: of all its delays, or of one.
 
-use super::kernel::{Row, W};
+use super::kernel::Row;
 
 /// What eight columns remember of their signals.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +14,6 @@ pub struct Inputs {
     pub y_before: Row,
     /// `lambda(t)` of the next sample that is learnt.
     pub lambda: Row,
-    /// Whether one of them is not to be treated as all others are.
-    pub attention: bool,
 }
 
 impl Inputs {
@@ -23,14 +21,13 @@ impl Inputs {
 
     /// As before the first sample.
     pub fn new(lambda0: f64) -> Self {
-        let zero = [0.0; W];
-        Inputs { u_zero: zero, y_zero: zero, y_before: zero, lambda: [lambda0; W], attention: true }
+        let zero = Row::of(0.0);
+        Inputs { u_zero: zero, y_zero: zero, y_before: zero, lambda: Row::of(lambda0) }
     }
 
     /// The same for one of them.
     pub fn clear(&mut self, slot: usize, lambda0: f64) {
         self.rows_mut().into_iter().zip([0.0, 0.0, 0.0, lambda0]).for_each(|(row, x)| row[slot] = x);
-        self.attention = true;
     }
 
     pub fn rows(&self) -> [&Row; 4] {
@@ -44,7 +41,6 @@ impl Inputs {
 
 /// What eight columns have behind them, where errors are kept.
 #[derive(Clone, Debug, PartialEq)]
-#[repr(C, align(64))]
 pub struct Window {
     /// Weight of the next sample in `s2`: 1, 1/2, 1/3 … down to one over its memory.
     pub weight: Row,
@@ -58,7 +54,8 @@ pub struct Window {
 
 impl Default for Window {
     fn default() -> Self {
-        Window { weight: [1.0; W], sum: [0.0; W], squares: [0.0; W], travel: [0.0; W] }
+        let zero = Row::of(0.0);
+        Window { weight: Row::of(1.0), sum: zero, squares: zero, travel: zero }
     }
 }
 

@@ -10,20 +10,48 @@
 //! Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, chapter V. Every `alpha` follows
 //! from the old factors, so one division serves all four: of 1 by their product.
 
+use std::ops::{Deref, DerefMut};
+
 use pulp::Simd;
 
 /// Estimators in a row: one register of AVX-512, two of AVX2.
 pub const W: usize = 8;
 
-/// A number of each of eight estimators.
-pub type Row = [f64; W];
+/// A number of each of eight estimators, or of their signals. Where rows straddle lines of the cache, one loop
+/// takes nearly twice as long.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct Row(pub [f64; W]);
+
+impl Row {
+    /// The same number eight times.
+    pub const fn of(x: f64) -> Self {
+        Row([x; W])
+    }
+}
+
+impl Deref for Row {
+    type Target = [f64; W];
+
+    #[inline(always)]
+    fn deref(&self) -> &[f64; W] {
+        &self.0
+    }
+}
+
+impl DerefMut for Row {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [f64; W] {
+        &mut self.0
+    }
+}
 
 /// Numbers of one estimator.
 pub const NUMBERS: usize = 19;
 
 /// All that eight estimators remember: 19 numbers each, in one piece, for memory is what limits a large bank.
 #[derive(Clone, Debug, PartialEq)]
-#[repr(C, align(64))]
+#[repr(C)]
 pub struct Lanes {
     /// Parameters a, b, d, c.
     pub theta: [Row; 4],
@@ -39,7 +67,7 @@ pub struct Lanes {
 
 /// What those who ask for it learn of eight estimators.
 #[derive(Clone, Debug, PartialEq)]
-#[repr(C, align(64))]
+#[repr(C)]
 pub struct Errors {
     /// Error before the update.
     pub eps: Row,
@@ -52,8 +80,8 @@ pub struct Errors {
 impl Lanes {
     /// No knowledge but `P0`, at rest.
     pub fn new(P0: &[f64; 4]) -> Self {
-        let zero = [0.0; W];
-        Lanes { theta: [zero; 4], U: [zero; 6], D: P0.map(|P0| [P0; W]), psi: [zero; 4], ebar: zero }
+        let zero = Row::of(0.0);
+        Lanes { theta: [zero; 4], U: [zero; 6], D: P0.map(Row::of), psi: [zero; 4], ebar: zero }
     }
 
     /// Every row, in the order of the fields.
@@ -134,7 +162,7 @@ pub struct Judge<S: Simd> {
 /// The register of these lanes in a row.
 #[inline(always)]
 pub fn at<S: Simd>(row: &mut Row, r: usize) -> &mut S::f64s {
-    &mut S::as_mut_simd_f64s(row).0[r]
+    &mut S::as_mut_simd_f64s(&mut row.0).0[r]
 }
 
 /// Learns one sample; `r` counts registers within the row. What is returned is huge, or no number, where

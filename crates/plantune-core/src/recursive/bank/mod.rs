@@ -114,6 +114,7 @@ pub struct Bank {
     lanes: Vec<Lanes>,      // (groups, per)
     errors: Vec<Errors>,    // (groups, per), or none
     inputs: Vec<Inputs>,    // (groups)
+    attention: Vec<bool>,   // (groups): whether a column is not to be treated as all others are
     windows: Vec<Window>,   // (groups), or none
     factors: Vec<[Row; 2]>, // (groups): of u and y, or none
     ring: Vec<Row>,         // (groups, high + 1): u of the last samples
@@ -151,6 +152,7 @@ impl Bank {
             },
             ..Column::default()
         };
+        let zero = Row::of(0.0);
         let kept = |n: usize| if settings.errors { n } else { 0 };
         Ok(Bank {
             loops,
@@ -159,11 +161,12 @@ impl Bank {
             copies,
             per,
             lanes: vec![Lanes::new(&settings.P0); groups * per],
-            errors: vec![Errors { eps: [0.0; W], q: [0.0; W], s2: [0.0; W] }; kept(groups * per)],
+            errors: vec![Errors { eps: zero, q: zero, s2: zero }; kept(groups * per)],
             inputs: vec![Inputs::new(settings.lambda0); groups],
+            attention: vec![true; groups],
             windows: vec![Window::default(); kept(groups)],
             factors: Vec::new(),
-            ring: vec![[0.0; W]; groups * (high + 1)],
+            ring: vec![zero; groups * (high + 1)],
             columns: (0..groups * W).map(column).collect(),
             head: 0,
             backwards: false,
@@ -181,7 +184,7 @@ impl Bank {
             }
         }
         self.reset(index)?;
-        self.factors.resize(self.inputs.len(), [[1.0; W]; 2]);
+        self.factors.resize(self.inputs.len(), [Row::of(1.0); 2]);
         for c in self.columns_of(index) {
             self.factors[c / W][0][c % W] = u_factor;
             self.factors[c / W][1][c % W] = y_factor;
@@ -326,7 +329,7 @@ impl Bank {
         self.exists(index)?;
         for c in self.columns_of(index) {
             self.columns[c].gated = !open;
-            self.inputs[c / W].attention = true;
+            self.attention[c / W] = true;
         }
         Ok(())
     }
@@ -355,13 +358,13 @@ impl Bank {
     /// Everything that it has learnt, for `resume`.
     pub fn state(&self) -> Vec<f64> {
         let mut state = vec![self.head as f64, f64::from(u8::from(self.backwards))];
-        state.extend(self.lanes.iter().flat_map(Lanes::rows).flatten());
-        state.extend(self.errors.iter().flat_map(|e| [&e.eps, &e.q, &e.s2]).flatten());
-        state.extend(self.inputs.iter().flat_map(Inputs::rows).flatten());
-        state.extend(self.windows.iter().flat_map(Window::rows).flatten());
-        state.extend(self.ring.iter().flatten());
+        state.extend(self.lanes.iter().flat_map(Lanes::rows).flat_map(|row| row.0));
+        state.extend(self.errors.iter().flat_map(|e| [&e.eps, &e.q, &e.s2]).flat_map(|row| row.0));
+        state.extend(self.inputs.iter().flat_map(Inputs::rows).flat_map(|row| row.0));
+        state.extend(self.windows.iter().flat_map(Window::rows).flat_map(|row| row.0));
+        state.extend(self.ring.iter().flat_map(|row| row.0));
         state.extend(self.columns.iter().flat_map(Column::numbers));
-        state.extend(self.factors.iter().flatten().flatten());
+        state.extend(self.factors.iter().flatten().flat_map(|row| row.0));
         state
     }
 
@@ -378,7 +381,7 @@ impl Bank {
             let needed = format!("{without} or {with} numbers");
             return Err(Error::argument("state", format!("{} numbers", state.len()), &needed));
         }
-        self.factors = vec![[[1.0; W]; 2]; if state.len() == with { self.inputs.len() } else { 0 }];
+        self.factors = vec![[Row::of(1.0); 2]; if state.len() == with { self.inputs.len() } else { 0 }];
         let mut state = state.iter().copied();
         let mut next = || state.next().unwrap_or_default();
         self.head = next() as usize % (self.high + 1);
@@ -394,7 +397,7 @@ impl Bank {
         }
         let mut fill = |row: &mut Row| row.iter_mut().for_each(|x| *x = next());
         self.factors.iter_mut().flatten().for_each(&mut fill);
-        self.inputs.iter_mut().for_each(|inputs| inputs.attention = true);
+        self.attention.fill(true);
         Ok(())
     }
 
@@ -429,6 +432,7 @@ impl Bank {
             window.clear(slot);
         }
         self.inputs[group].clear(slot, self.settings.lambda0);
+        self.attention[group] = true;
         self.columns[c].started = false;
     }
 

@@ -82,11 +82,11 @@ fn sample<S: Simd>(simd: S, bank: &mut Bank, g: usize, u: &[f64], y: &[f64]) {
         let both = simd.add_f64s(*at::<S>(&mut u, r), *at::<S>(&mut y, r));
         unknown = simd.mul_add_e_f64s(both, simd.splat_f64s(0.0), unknown);
     }
-    if bank.inputs[g].attention || simd.reduce_sum_f64s(unknown) != 0.0 {
+    if bank.attention[g] || simd.reduce_sum_f64s(unknown) != 0.0 {
         attended(simd, bank, g, raw, [u, y]);
     } else {
         bank.store(g, &u);
-        estimate::<S, false>(simd, bank, g, y, [1.0; W]);
+        estimate::<S, false>(simd, bank, g, y, Row::of(1.0));
     }
 }
 
@@ -134,7 +134,7 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
     let ring = &mut bank.ring[g * rows..(g + 1) * rows];
     // The row that the first of them reads, and then one further back each.
     let newest = if bank.copies == 1 && bank.per > 1 { bank.head + rows - bank.low } else { bank.head };
-    let mut ranges = [0.0; W];
+    let mut ranges = Row::of(0.0);
     let mut fine = true;
     for r in 0..W / S::F64_LANES {
         let y_now = *at::<S>(&mut y, r);
@@ -189,14 +189,14 @@ impl Bank {
     #[inline(always)]
     fn gather(&self, g: usize, x: &[f64]) -> Row {
         if self.copies == 1
-            && let Some(Ok(row)) = x.get(g * W..(g + 1) * W).map(Row::try_from)
+            && let Some(Ok(row)) = x.get(g * W..(g + 1) * W).map(<[f64; W]>::try_from)
         {
-            return row;
+            return Row(row);
         }
         if self.loops == 1 {
-            return [x[0]; W];
+            return Row::of(x[0]);
         }
-        std::array::from_fn(|s| self.columns[g * W + s].source.map_or(0.0, |k| x[k]))
+        Row(std::array::from_fn(|s| self.columns[g * W + s].source.map_or(0.0, |k| x[k])))
     }
 
     /// Counts u and y from their origins.
@@ -236,7 +236,7 @@ impl Bank {
     fn attend(&mut self, g: usize, raw: [Row; 2], u: &mut Row, y: &mut Row) -> Row {
         let rows = self.high + 1;
         let inputs = &mut self.inputs[g];
-        std::array::from_fn(|s| {
+        Row(std::array::from_fn(|s| {
             let column = &mut self.columns[g * W + s];
             let known = (u[s].is_finite(), y[s].is_finite());
             if !column.started && known == (true, true) {
@@ -262,7 +262,7 @@ impl Bank {
             column.was_blind = !column.started || column.blind > 0;
             column.blind = column.blind.saturating_sub(1);
             if column.learnt() { 1.0 } else { 0.0 }
-        })
+        }))
     }
 
     /// Where something was unknown, the error is as well: zero is expected.
@@ -276,12 +276,12 @@ impl Bank {
                 }
             }
         }
-        self.inputs[g].attention = columns.iter().any(|column| !column.plain());
+        self.attention[g] = columns.iter().any(|column| !column.plain());
     }
 
     #[cold]
     fn note_broken(&mut self, g: usize, ranges: &Row) {
-        for (column, range) in self.columns[g * W..(g + 1) * W].iter_mut().zip(ranges) {
+        for (column, range) in self.columns[g * W..(g + 1) * W].iter_mut().zip(ranges.iter()) {
             column.broken = !(*range < HUGE);
         }
         self.broken = true;

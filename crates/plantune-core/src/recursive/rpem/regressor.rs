@@ -10,8 +10,8 @@
 //! so that `psi` is `D/C phi` for a and the constant, `D/(C F) phi` for b and f, `1/C phi` for c and d.
 //! Ljung 1999, (10.53) and 11.4; source 001, (3.7-10).
 
-use super::room::Room;
-use super::rpem::Structure;
+use super::super::room::Room;
+use super::Structure;
 
 /// Below this a decaying signal is over: denormal numbers are slow, and never reach zero.
 const DECAYED: f64 = 1e-200;
@@ -21,6 +21,7 @@ const DECAYED: f64 = 1e-200;
 pub(super) struct Regressor {
     structure: Structure,
     filtered: bool,
+    paths: bool,      // whether there is a D or an F
     from: Vec<usize>, // (n) where each entry of phi stands in the pool
     D: Vec<f64>,      // (n) 1 where D filters: all but c and d
     F: Vec<f64>,      // (n) 1 where 1/F does: b and f
@@ -68,6 +69,7 @@ impl Regressor {
         Regressor {
             structure,
             filtered,
+            paths: nd + nf > 0,
             from,
             D,
             F,
@@ -88,31 +90,34 @@ impl Regressor {
         for k in 0..n {
             phi[k] = pool[from[k]];
             psi[k] = phi[k];
-            half[k] = phi[k];
         }
         if !self.filtered {
             return;
         }
-        let (c, d, f) = (na + nb, na + nb + nc, na + nb + nc + nd);
-        for i in 0..nd {
-            let (d_i, past, D) = (theta[d + i], &self.phi_past.row(i + 1)[..n], &self.D[..n]);
-            for k in 0..n {
-                psi[k] += d_i * D[k] * past[k];
+        if self.paths {
+            let d = na + nb + nc;
+            for i in 0..nd {
+                let (d_i, past, D) = (theta[d + i], &self.phi_past.row(i + 1)[..n], &self.D[..n]);
+                for k in 0..n {
+                    psi[k] += d_i * D[k] * past[k];
+                }
             }
         }
+        let c = na + nb;
         for i in 0..nc {
             let (c_i, past) = (theta[c + i], &self.half_past.row(i + 1)[..n]);
             for k in 0..n {
                 psi[k] -= c_i * past[k];
             }
         }
-        if nf > 0 {
+        if self.paths {
+            let f = na + nb + nc + nd;
             half.copy_from_slice(psi);
-        }
-        for i in 0..nf {
-            let (f_i, past, F) = (theta[f + i], &self.psi_past.row(i + 1)[..n], &self.F[..n]);
-            for k in 0..n {
-                psi[k] -= f_i * F[k] * past[k];
+            for i in 0..nf {
+                let (f_i, past, F) = (theta[f + i], &self.psi_past.row(i + 1)[..n], &self.F[..n]);
+                for k in 0..n {
+                    psi[k] -= f_i * F[k] * past[k];
+                }
             }
         }
     }
@@ -125,10 +130,20 @@ impl Regressor {
         (pool[0], pool[2], pool[3], pool[4]) = (minus_y, e, minus_v, minus_w);
         pool[SIGNALS..].copy_from_slice(&room.phi[..n]);
         if self.filtered {
-            self.phi_past.push(n, room.phi);
-            self.half_past.push(n, if self.structure.nf > 0 { room.half } else { room.psi });
-            self.psi_past.push(n, room.psi);
+            if self.paths {
+                self.phi_past.push(n, room.phi);
+                self.half_past.push(n, room.half);
+                self.psi_past.push(n, room.psi);
+            } else {
+                self.half_past.push(n, room.psi); // where nothing more is filtered
+            }
         }
+    }
+
+    /// Whether `w` and `v` are remembered.
+    #[inline(always)]
+    pub(super) fn has_paths(&self) -> bool {
+        self.paths
     }
 
     /// `w` and `v` of the sample in the room: `w = B/F u` and `v = A y - w - d`, or `v = 0` of a `w` not known.
@@ -148,6 +163,15 @@ impl Regressor {
     #[inline(always)]
     pub(super) fn last_y(&self) -> f64 {
         -self.pool[0]
+    }
+
+    /// Ends signals that have decayed.
+    #[cold]
+    pub(super) fn tidy(&mut self) {
+        let pasts = [&mut self.phi_past, &mut self.half_past, &mut self.psi_past].map(|past| &mut past.data);
+        for x in pasts.into_iter().flatten().chain(&mut self.pool).filter(|x| x.abs() < DECAYED) {
+            *x = 0.0;
+        }
     }
 
     /// Forgets all signals.
@@ -196,10 +220,7 @@ impl Past {
     fn push(&mut self, n: usize, row: &[f64]) {
         if self.rows > 0 {
             self.newest = if self.newest == 0 { self.rows - 1 } else { self.newest - 1 };
-            let (kept, row) = (&mut self.data[self.newest * n..][..n], &row[..n]);
-            for k in 0..n {
-                kept[k] = if row[k].abs() < DECAYED { 0.0 } else { row[k] };
-            }
+            self.data[self.newest * n..][..n].copy_from_slice(&row[..n]);
         }
     }
 

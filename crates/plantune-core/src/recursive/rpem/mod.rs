@@ -17,16 +17,25 @@
 //! for zero, `w = A y - d`. The memory of signals moves on whatever happens: while the input rests (gate.rs), and
 //! where an output is missing and its prediction stands for it. An alarm (innovation.rs) opens the offset alone.
 
+mod projection;
+mod regressor;
+mod reports;
+mod start;
+mod structure;
+mod trace;
+
+pub use structure::Structure;
+pub use trace::Trace;
+
 use super::forgetting::{Forgetting, Scheme};
 use super::gate::Gate;
 use super::innovation::{FIRST, Innovation};
-use super::projection;
-use super::regressor::{Newest, Regressor};
 use super::rls::{overflow, restore};
 use super::room::{Room, VECTORS, with_room};
 use super::ud::Ud;
 use crate::error::{Error, Result};
-use crate::model::PolyModel;
+use regressor::{Newest, Regressor};
+use start::{EQUATION, Known, LOOK, SIMULATED};
 
 /// Radius for the roots of `C`: beyond it errors of the start would stay in the gradient.
 const RADIUS_C: f64 = 0.98;
@@ -37,92 +46,14 @@ const RADIUS: f64 = 0.999;
 /// Halvings of a step that leads outside before it is not taken at all.
 const HALVINGS: usize = 30;
 
-/// What a start without knowledge knows of the coefficients of the path and of the noise, `D_j = known/travel^2`: a
-/// sample in which the signal has gone as far as it went before weighs so many noise variances against the start.
-/// With an equation error the first samples may decide; `C` had better wait until there are errors to speak of.
-const EQUATION: Known = Known { path: 1e6, noise: 10.0 };
-
-/// From nowhere a simulated output leads anywhere, and `C/D` takes the errors of an unknown path for noise that
-/// wanders: the first samples may not decide, and the noise waits longest.
-const SIMULATED: Known = Known { path: 10.0, noise: 1.0 };
-
-/// The same for what is forgotten later.
-const LEAST_KNOWN: f64 = 1e6;
-
-/// Samples per parameter that are looked at before anything is simulated, to see how far signals go; then they are
-/// learnt all at once.
-const LOOK: usize = 20;
-
-#[derive(Clone, Copy, Debug)]
-struct Known {
-    path: f64,
-    noise: f64,
-}
-
 /// Innovations judged before any is cut where an output is simulated: early parameters stay in it.
 const FIRST_SIMULATED: f64 = 200.0;
 
+/// Samples between one look for signals that have decayed and the next.
+const TIDY: u64 = 256;
+
 /// Variance that an alarm gives the constant, in noise variances.
 const BUMP: f64 = 1e3;
-
-/// Numbers of free coefficients in the order of `theta`, the delay, and whether there is a constant behind them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Structure {
-    /// Of `A`.
-    pub na: usize,
-    /// Of `B`.
-    pub nb: usize,
-    /// Of `C`.
-    pub nc: usize,
-    /// Of `D`.
-    pub nd: usize,
-    /// Of `F`.
-    pub nf: usize,
-    /// Delay in samples.
-    pub nk: usize,
-    /// Whether a constant is estimated.
-    pub offset: bool,
-}
-
-impl Structure {
-    /// Coefficients, and the constant.
-    pub fn n(&self) -> usize {
-        self.coefficients() + usize::from(self.offset)
-    }
-
-    /// Coefficients `a b c d f`.
-    pub fn coefficients(&self) -> usize {
-        self.na + self.nb + self.nc + self.nd + self.nf
-    }
-
-    /// Rows until every lag lies in the segment.
-    pub fn history(&self) -> usize {
-        self.na.max(self.nf).max(self.nk + self.nb - 1)
-    }
-
-    /// `a1 … b1 … c1 … d1 … f1 …`.
-    pub fn names(&self) -> Vec<String> {
-        let each = |(letter, n): (char, usize)| (1..=n).map(move |k| format!("{letter}{k}"));
-        let orders = [('a', self.na), ('b', self.nb), ('c', self.nc), ('d', self.nd), ('f', self.nf)];
-        orders.into_iter().flat_map(each).collect()
-    }
-
-    /// The model of these coefficients.
-    pub fn model(&self, theta: &[f64], Ts: f64) -> PolyModel {
-        let ones = |n: usize| [vec![1.0], vec![0.0; n]].concat();
-        let mut model = PolyModel {
-            A: ones(self.na),
-            B: vec![vec![0.0; self.nb]],
-            C: ones(self.nc),
-            D: ones(self.nd),
-            F: vec![ones(self.nf)],
-            nk: vec![self.nk],
-            Ts,
-        };
-        model.set_theta(&theta[..self.coefficients()]);
-        model
-    }
-}
 
 /// How an estimator of the family learns.
 #[derive(Clone, Debug)]
@@ -157,6 +88,7 @@ pub struct Rpem {
     regressor: Regressor,
     u: Vec<f64>,      // (nk) inputs on their way, a ring
     next: usize,      // the oldest of them
+    history: usize,   // of the structure
     age: usize,       // samples of this segment, up to the history
     wait: usize,      // samples until no output in phi is a prediction
     zero: [f64; 2],   // u and y of the first sample
@@ -169,7 +101,7 @@ pub struct Rpem {
     room: Vec<f64>,   // (VECTORS, n)
     before: Vec<f64>, // (n) the parameters before a step, for what is seldom needed
     schur: Vec<f64>,  // a polynomial
-    samples: f64,
+    samples: u64,
     alarms: f64,
     learnt: bool,
 }
@@ -227,6 +159,7 @@ impl Rpem {
             regressor: Regressor::new(structure, settings.gradient),
             u: vec![0.0; structure.nk],
             next: 0,
+            history: structure.history(),
             age: 0,
             wait: 0,
             zero: [0.0; 2],
@@ -235,7 +168,7 @@ impl Rpem {
             room: vec![0.0; VECTORS * n],
             before: Vec::with_capacity(n),
             schur: Vec::with_capacity(n + 1),
-            samples: 0.0,
+            samples: 0,
             alarms: 0.0,
             learnt: false,
         })
@@ -290,7 +223,7 @@ impl Rpem {
         let delayed = if self.structure.nk == 0 { u } else { self.u[self.next] };
         self.regressor.look(n, room, &self.theta, delayed);
         let predicted = product(n, room.phi, &self.theta);
-        let filling = self.age < self.structure.history();
+        let filling = self.age < self.history;
         let (now, eps) = match y {
             Some(y) => (y, y - predicted),
             None if filling => (self.regressor.last_y(), 0.0),
@@ -310,42 +243,6 @@ impl Rpem {
         self.regressor.keep(n, room, newest);
         self.pass(u, y.is_some());
         Ok((y.is_some() && !filling).then_some(eps))
-    }
-
-    /// Looks at a sample (NaN: no output) until there are enough and the input has moved; then learns them all.
-    #[cold]
-    fn look(&mut self, u: f64, y: f64) -> Result<Option<f64>> {
-        if !u.is_finite() {
-            return Err(Error::argument("u", u, "a finite number"));
-        }
-        if !(u * u + if y.is_nan() { 0.0 } else { y * y }).is_finite() {
-            return Err(overflow());
-        }
-        if self.seen.is_empty() && y.is_nan() {
-            return Ok(None);
-        }
-        let full = LOOK * self.theta.len();
-        if self.seen.len() == full {
-            self.seen.remove(0);
-        }
-        self.seen.push([u, y]);
-        self.samples += 1.0;
-        let [u0, y0] = self.seen[0];
-        let far = |i: usize, zero: f64| self.seen.iter().map(|s| (s[i] - zero).abs()).fold(0.0, f64::max);
-        let travel =
-            if self.structure.offset { [far(0, u0), far(1, y0)] } else { [far(0, 0.0), far(1, 0.0)] };
-        if self.seen.len() < full || travel[0] == 0.0 {
-            return Ok(None);
-        }
-        (self.looking, self.travel) = (false, travel);
-        self.samples -= full as f64;
-        self.open();
-        let seen = std::mem::take(&mut self.seen);
-        let mut last = None;
-        for &[u, y] in &seen {
-            last = if y.is_nan() { self.skip(u).map(|()| None)? } else { self.step(u, y)? };
-        }
-        Ok(last)
     }
 
     /// What the first sample fixes.
@@ -396,37 +293,17 @@ impl Rpem {
         self.P.add_to(self.theta.len() - 1, BUMP);
     }
 
-    /// Of a start without knowledge, brings parameters into play once their signals have moved.
-    #[cold]
-    fn open(&mut self) {
-        let Some(known) = self.known else { return };
-        let Structure { na, nb, nc, nd, .. } = self.structure;
-        let (a, c, f) = (na, na + nb, na + nb + nc + nd);
-        for j in 0..self.theta.len() {
-            let (known, travel) = if j == self.structure.coefficients() {
-                (known.path, 1.0)
-            } else if (a..c).contains(&j) {
-                (known.path, self.travel[0])
-            } else {
-                (if (c..f).contains(&j) { known.noise } else { known.path }, self.travel[1])
-            };
-            let per = 1.0 / (travel * travel);
-            if self.P.factors().1[j] == 0.0 && per.is_finite() {
-                self.P.open(j, known * per, LEAST_KNOWN * per);
-                self.closed -= 1;
-            }
-        }
-    }
-
     /// Keeps `C`, `D` and `F` stable; whether that changed the parameters.
     #[inline(always)]
     fn project(&mut self, before: &[f64]) -> bool {
         let Structure { na, nb, nc, nd, nf, .. } = self.structure;
-        let (c, d, f) = (na + nb, na + nb + nc, na + nb + nc + nd);
-        // Not one after the other with `||`: each must be brought back.
-        self.keep_stable(c, nc, RADIUS_C, before)
-            | self.keep_stable(d, nd, RADIUS, before)
-            | self.keep_stable(f, nf, RADIUS, before)
+        let c = na + nb;
+        let mut changed = self.keep_stable(c, nc, RADIUS_C, before);
+        if self.regressor.has_paths() {
+            changed |= self.keep_stable(c + nc, nd, RADIUS, before);
+            changed |= self.keep_stable(c + nc + nd, nf, RADIUS, before);
+        }
+        changed
     }
 
     #[inline(always)]
@@ -462,7 +339,7 @@ impl Rpem {
     #[inline(always)]
     fn newest(&self, n: usize, room: &Room<'_>, y: f64, e: f64, filling: bool) -> Newest {
         let mut newest = Newest { minus_y: -y, e: if filling { 0.0 } else { e }, ..Newest::default() };
-        if self.structure.nd + self.structure.nf > 0 {
+        if self.regressor.has_paths() {
             let (w, v) = self.regressor.paths(n, room, &self.theta, y, !filling);
             (newest.minus_w, newest.minus_v) = (-w, -v);
         }
@@ -477,86 +354,12 @@ impl Rpem {
             self.u[self.next] = u;
             self.next = if self.next + 1 == nk { 0 } else { self.next + 1 };
         }
-        self.age = (self.age + 1).min(self.structure.history());
+        self.age = (self.age + 1).min(self.history);
         self.wait = if counts { self.wait.saturating_sub(1) } else { na };
-        self.samples += 1.0;
-    }
-
-    /// Orders and delay.
-    pub fn structure(&self) -> Structure {
-        self.structure
-    }
-
-    /// Coefficients `a b c d f`.
-    pub fn theta(&self) -> &[f64] {
-        &self.theta[..self.structure.coefficients()]
-    }
-
-    /// The constant `d`, on data less their first sample.
-    pub fn constant(&self) -> f64 {
-        if self.structure.offset { self.theta[self.theta.len() - 1] } else { 0.0 }
-    }
-
-    /// Covariance of the coefficients, then of the constant, in units of the noise variance.
-    pub fn P(&self) -> &Ud {
-        &self.P
-    }
-
-    /// How it forgets.
-    pub fn forgetting(&self) -> &Forgetting {
-        &self.forgetting
-    }
-
-    /// Standard deviations of the coefficients; infinite where nothing is known yet.
-    pub fn sd(&self) -> Vec<f64> {
-        (0..self.structure.coefficients()).map(|j| self.covariance(j, j).sqrt()).collect()
-    }
-
-    /// Standard deviation of the noise; infinite before anything was judged.
-    pub fn noise_sd(&self) -> f64 {
-        self.innovation.s2().sqrt()
-    }
-
-    /// `O` in `y = G u + O`, in the units of the signals, with its standard deviation; the drift of an integrator.
-    pub fn offset(&self) -> (f64, f64) {
-        if !self.structure.offset {
-            return (0.0, 0.0);
+        self.samples += 1;
+        if self.samples.is_multiple_of(TIDY) {
+            self.regressor.tidy();
         }
-        let [u0, y0] = self.zero;
-        let (O, gradient) = self.model(1.0).level(self.constant(), &[u0], y0);
-        let n = gradient.len();
-        let term = |ij: usize| match gradient[ij / n] * gradient[ij % n] {
-            0.0 => 0.0,
-            product => product * self.covariance(ij / n, ij % n),
-        };
-        (O, (0..n * n).map(term).sum::<f64>().max(0.0).sqrt())
-    }
-
-    /// The model at this moment.
-    pub fn model(&self, Ts: f64) -> PolyModel {
-        self.structure.model(&self.theta, Ts)
-    }
-
-    /// Steps of the offset that were seen.
-    pub fn alarms(&self) -> usize {
-        self.alarms as usize
-    }
-
-    /// Samples taken in, learnt or not.
-    pub fn samples(&self) -> usize {
-        self.samples as usize
-    }
-
-    /// Whether the last sample was learnt.
-    pub fn learnt(&self) -> bool {
-        self.learnt
-    }
-
-    fn covariance(&self, i: usize, j: usize) -> f64 {
-        if i == j && self.P.factors().1[i] == 0.0 {
-            return f64::INFINITY;
-        }
-        self.innovation.s2() * self.forgetting.spread() * self.P.at(i, j)
     }
 
     /// Every number of the state; the settings are not among them.
@@ -586,11 +389,12 @@ impl Rpem {
         self.u.iter_mut().for_each(&mut *visit);
         let [u0, y0] = &mut self.zero;
         let [most_u, most_y] = &mut self.travel;
-        let Rpem { samples, alarms, .. } = self;
-        [u0, y0, most_u, most_y, samples, alarms].into_iter().for_each(&mut *visit);
-        let mut whole = [self.age, self.wait, self.closed, self.seen.len()].map(|n| n as f64);
+        [u0, y0, most_u, most_y, &mut self.alarms].into_iter().for_each(&mut *visit);
+        let counts = [self.age, self.wait, self.closed, self.seen.len()].map(|n| n as u64);
+        let mut whole = [counts[0], counts[1], counts[2], counts[3], self.samples].map(|n| n as f64);
         whole.iter_mut().for_each(&mut *visit);
         [self.age, self.wait, self.closed] = [whole[0], whole[1], whole[2]].map(|x| x as usize);
+        self.samples = whole[4] as u64;
         let full = LOOK * self.theta.len();
         self.seen.reserve_exact(full.saturating_sub(self.seen.len()));
         self.seen.resize((whole[3] as usize).min(full), [0.0; 2]);
@@ -613,4 +417,82 @@ fn product(n: usize, x: &[f64], y: &[f64]) -> f64 {
         sum += x[k] * y[k];
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::white;
+
+    fn armax(lambda: f64, gate: bool) -> Rpem {
+        let structure = Structure { na: 1, nb: 1, nc: 1, nk: 2, offset: true, ..Structure::default() };
+        let settings = Settings {
+            scheme: Scheme::Exponential { lambda, start: 0.95, rho: 0.99 },
+            gradient: true,
+            P0: None,
+            theta0: None,
+            P_max: None,
+            clip: Some(6.0),
+            watch: true,
+            gate: gate.then(|| Gate::new(100, None).expect("in range")),
+        };
+        Rpem::new(structure, settings).expect("in range")
+    }
+
+    /// `y = 0.8 y(-1) + 0.5 u(-2) + 1 + noise`; returns the outputs.
+    fn feed(rpem: &mut Rpem, u: impl Iterator<Item = f64>, e: impl Iterator<Item = f64>) {
+        let (mut y, mut past) = (5.0, [0.0; 2]);
+        for (u, e) in u.zip(e) {
+            y = 0.8 * y + 0.5 * past[1] + 1.0 + e;
+            past = [u, past[0]];
+            rpem.step(u, y).expect("a sound sample");
+        }
+    }
+
+    fn is_sound(rpem: &Rpem) -> bool {
+        let P = rpem.P().matrix();
+        rpem.theta().iter().chain(&P).all(|x| x.is_finite()) && (0..4).all(|j| P[j * 4 + j] > 0.0)
+    }
+
+    #[test]
+    fn it_finds_the_plant_and_its_level() {
+        let mut rpem = armax(1.0, false);
+        let levels = white(4000, 1).into_iter().map(|x| x.signum());
+        feed(&mut rpem, levels, white(4000, 2).into_iter().map(|e| 0.05 * e));
+        let errors = rpem.theta().iter().zip([-0.8, 0.5, 0.0]).map(|(a, b)| (a - b).abs());
+        let (O, sd) = rpem.offset();
+        assert!(errors.fold(0.0, f64::max) < 0.02 && (O - 5.0).abs() < 4.0 * sd && sd < 0.02, "{O} {sd}");
+    }
+
+    #[test]
+    fn a_state_is_restored_wherever_it_was_saved() {
+        let (u, y) = (white(60, 3), white(60, 4));
+        for at in [0, 1, 2, 3, 59] {
+            let mut one = armax(0.99, true);
+            let mut other = one.clone();
+            for k in 0..at {
+                one.step(u[k], y[k]).expect("a sound sample");
+            }
+            other.resume(&one.state()).expect("of the same settings");
+            for k in at..60 {
+                assert_eq!(one.step(u[k], y[k]), other.step(u[k], y[k]));
+            }
+            assert_eq!(one.state(), other.state());
+        }
+    }
+
+    #[test]
+    #[ignore = "20 s"]
+    fn a_hundred_million_samples_with_constant_stretches_stay_numbers() {
+        for gate in [true, false] {
+            let mut rpem = armax(0.98, gate);
+            let levels = white(1000, 5);
+            let u = (0..50_000_000usize).map(|k| match k % 10_000_000 {
+                moving @ ..1000 => levels[moving],
+                _ => 1.0,
+            });
+            feed(&mut rpem, u, std::iter::repeat(0.0));
+            assert!(is_sound(&rpem), "{:?}", rpem.theta());
+        }
+    }
 }

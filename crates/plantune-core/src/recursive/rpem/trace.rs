@@ -1,6 +1,6 @@
 //! `step` over a record, and what it leaves behind.
 
-use super::rpem::Rpem;
+use super::Rpem;
 use crate::error::{Error, Result};
 use crate::record::Record;
 
