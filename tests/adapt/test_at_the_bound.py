@@ -68,8 +68,8 @@ def test_the_time_to_target_is_right_within_a_factor(runs):
 
     Truth is when its standard deviation, which the test above holds to the errors, arrives.
     """
-    target, right = 0.012, []
-    for log in logs(runs, 20.0, target=target, rows=1100):
+    target, right = 0.01, []
+    for log in logs(runs, 30.0, target=target, rows=1500):
         worst = np.fmax(log.sd[:, 0] / abs(log.K), log.sd[:, 1] / log.T)
         early, arrived = (np.flatnonzero(worst <= x * target)[0] for x in (2, 1))
         ratio = log.time_to_target[early] / (log.t[arrived] - log.t[early])

@@ -24,8 +24,8 @@ use crate::model::Fopdt;
 /// Pivots below this share mean that the rows do not tell parameters apart.
 pub(super) const RANK_TOLERANCE: f64 = 1e-9;
 
-/// Ratio to the standard deviation of white errors from which on that of the scatter counts: one in thirty reaches it
-/// by chance.
+/// Ratio to the standard deviation of white errors from which on that of the scatter counts: one in thirty reaches
+/// it by chance.
 const SCATTERED: f64 = 1.6;
 
 /// A minimum as a plant.

@@ -16,7 +16,7 @@ const TIMES: (f64, f64) = (0.2, 1e5);
 const SPARE: usize = 2;
 
 /// Squared deviations of `b2`, let free at an end of the range, from which on the delay lies beyond it.
-const BEYOND: f64 = 9.0;
+const BEYOND: f64 = 4.0;
 
 /// Likelihood against that of the best, from which on a minimum counts.
 const UNLIKELY: f64 = 1e-6;
