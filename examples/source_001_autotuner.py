@@ -30,8 +30,7 @@ RATE = round(1 / TS)
 EVENT = 15.0
 
 OURS = pt.adapt.Settings(Ts=TS, nk=(3, 11), controller=FIRST, target=0.02)
-# The text limits K and T and does not say where: a third to three times 6, and 0.05 to 0.6 s.
-DOCUMENT = partial(pt.adapt.Settings.source_001, TS, FIRST, K=(-18.0, -2.0), T=(0.05, 0.6))
+DOCUMENT = partial(pt.adapt.Settings.source_001, TS, FIRST)
 
 # The document starts at u = 0, so that y falls from the offset to the set point.
 SCHEMES = {

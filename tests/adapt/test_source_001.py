@@ -62,3 +62,26 @@ def test_a_bank_that_opens_after_the_transient_begins_right():
     at, off = first(log_of(583.451, 10, 1, 22.0, opens=900))
     assert 19.0 < at < 22.0
     assert abs(off[0]) < 0.05 and abs(off[1]) < 0.14 and off[2] == approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_it_limits_gain_and_time_constant_to_an_engine(sign):
+    """Figure 3.7-5: what is beyond the limits is dropped; they are those of the oracle."""
+    own, pid = document_tuner.Settings(), PID(Kp=sign * 0.018, Ti=0.053)
+    settings = Settings.source_001(own.Ts, pid)
+    assert sorted(-sign * x for x in settings.K) == list(own.K_limits)
+    assert settings.T == own.T_limits
+    assert Settings.source_001(own.Ts, pid, T=(1.0, 2.0), K=(3.0, 4.0)).T == (1.0, 2.0)
+
+
+def test_a_plant_beyond_the_limits_is_not_taken():
+    log = log_of(0.0, 10, 1, 3.0, T=(0.2, 0.6))
+    assert not log.accepted.any()
+    at_the_end = [note for row, notes in log.reasons if row > 100 for note in notes]
+    assert {note.code for note in at_the_end} == {"A02"}
+
+
+def test_what_is_changed_takes_the_place_of_what_follows_from_it():
+    settings = Settings.source_001(0.02, FIRST, nk=(2, 20), phase_margin=60.0)
+    assert settings.imc == ("phase_margin", 60.0)
+    assert settings.L == approx((0.5 * 0.02, 20.5 * 0.02))

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf
 from sys import float_info
-from typing import Literal
+from typing import Any, Literal
 
 from plantune.errors import refusal
 from plantune.models import PID, ProcessModel
@@ -255,32 +255,40 @@ class Settings:
         opens : int
             Samples before the bank begins to learn.
         **changes
-            Other settings.
+            Other settings, in place of those of the source.
+
+        Notes
+        -----
+        Figure 3.7-5 limits K and T, and does not say where.  Here |K| is limited to 2 to 18, a
+        third to three times that of the engine, and T to 0.05 to 0.6 s: its time constants are 0.1
+        to 0.5 s (table 3.5-2).  For another plant give `K=`, `T=` and `nk=`.
 
         Examples
         --------
-        >>> Settings.source_001(0.02, PID(Kp=-0.018, Ti=0.053)).max_change
-        inf
+        >>> settings = Settings.source_001(0.02, PID(Kp=-0.018, Ti=0.053))
+        >>> settings.K, settings.T, settings.max_change
+        ((-18.0, -2.0), (0.05, 0.6), inf)
         """
-        own = cls(
-            Ts=Ts,
-            nk=(3, 11),
-            controller=controller,
-            bank=BankSettings.source_001(steady, opens),
-            sd=(inf, inf, inf),
-            spread=(0.02, 0.02, 0.01),
-            settled=50,
-            average=True,
-            merge_rate=0.5,
-            Ms=inf,
-            max_change=inf,
-            dwell=0.0,
-            worth=0.0,
-            saturation=1.0,
-            excitation=0.0,
-            limits=Limits(C07=1e-9, C07_phase=1e-9),
-        )
-        return replace(own, **changes)  # type: ignore[arg-type]
+        action = controller.Kp or controller.Ki
+        own: dict[str, Any] = {
+            "nk": (3, 11),
+            "K": (2.0, 18.0) if action > 0 else (-18.0, -2.0),
+            "T": (0.05, 0.6),
+            "bank": BankSettings.source_001(steady, opens),
+            "sd": (inf, inf, inf),
+            "spread": (0.02, 0.02, 0.01),
+            "settled": 50,
+            "average": True,
+            "merge_rate": 0.5,
+            "Ms": inf,
+            "max_change": inf,
+            "dwell": 0.0,
+            "worth": 0.0,
+            "saturation": 1.0,
+            "excitation": 0.0,
+            "limits": Limits(C07=1e-9, C07_phase=1e-9),
+        }
+        return cls(Ts=Ts, controller=controller, **{**own, **changes})
 
     @property
     def imc(self) -> tuple[str, float]:
