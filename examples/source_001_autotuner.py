@@ -96,7 +96,7 @@ def noisy(
     Errors and bounds in percent.  Nothing is written: every run keeps the first controller.
     """
     shadow = pt.adapt.Settings(Ts=TS, nk=(3, 11), controller=FIRST, worth=1e9)
-    logs = [loop(shadow, seed, 10.1, noise=NOISE_VAR**0.5) for seed in seeds]
+    logs = [loop(shadow, seed, 10.1, noise_sd=NOISE_VAR**0.5) for seed in seeds]
     for t in seconds:
         k = round(t * RATE)
         found = np.array([[x[k] for x in (log.K, log.T, log.L)] for log in logs])
@@ -126,7 +126,7 @@ def sure(seeds: Sequence[int] = range(60)) -> np.ndarray:
     """Return when K and T are sure to 2 %, and when that was expected at 2, 3 and 4 s."""
     rows = []
     for seed in seeds:
-        log = loop(OURS, seed, 15.0, noise=NOISE_VAR**0.5)
+        log = loop(OURS, seed, 15.0, noise_sd=NOISE_VAR**0.5)
         reached = log.t[np.flatnonzero(log.time_to_target == 0)[0]]
         expected = [log.t[k] + log.time_to_target[k] for k in (2 * RATE, 3 * RATE, 4 * RATE)]
         rows.append([reached, *expected])
@@ -136,14 +136,14 @@ def sure(seeds: Sequence[int] = range(60)) -> np.ndarray:
 def stepped(seed: int = 0, by: float = -60.0) -> pt.adapt.AdaptLog:
     """Run ours with noise; the offset steps after 15 s."""
     offset = OFFSET + by * (np.arange(30 * RATE) >= EVENT * RATE)
-    return loop(OURS, seed, offset=offset, noise=NOISE_VAR**0.5)
+    return loop(OURS, seed, offset=offset, noise_sd=NOISE_VAR**0.5)
 
 
 def changed(seed: int = 0) -> pt.adapt.AdaptLog:
     """Run ours with noise; after 15 s the gain doubles and the delay grows by 3 samples."""
     after = np.arange(30 * RATE) >= EVENT * RATE
     plant = {"K": np.where(after, 2 * K, K), "L": np.where(after, L + 3 * TS, L)}
-    return loop(OURS, seed, noise=NOISE_VAR**0.5, **plant)
+    return loop(OURS, seed, noise_sd=NOISE_VAR**0.5, **plant)
 
 
 def Ms_of(log: pt.adapt.AdaptLog, row: int) -> float:

@@ -81,7 +81,7 @@ def errors(
 def varying(gain: np.ndarray, seed: int) -> pt.Record:
     """Return a record of the engine whose gain is so many times its own."""
     r = pt.datasets.engine_loop(seed=seed, t_end=TS * len(gain)).r[:, 0]
-    at = {"K": K * gain, "T": T, "L": L, "offset": OFFSET, "noise": NOISE_VAR**0.5}
+    at = {"K": K * gain, "T": T, "L": L, "offset": OFFSET, "noise_sd": NOISE_VAR**0.5}
     link = pt.edge.SimulatedPlant(r, FIRST, Ts=TS, seed=seed, **at)
     rows = []
     while (sample := link.read()) is not None:

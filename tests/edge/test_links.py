@@ -30,7 +30,7 @@ def columns(samples):
 def test_a_simulated_plant_is_the_shipped_engine_loop(noise_var):
     rec = pt.datasets.engine_loop(noise_var=noise_var, seed=3, t_end=4.0)
     plant = pt.edge.SimulatedPlant(
-        rec.r[:, 0], PID, noise=noise_var**0.5, seed=3, u0=(400 - 583.451) / -5.939, **ENGINE
+        rec.r[:, 0], PID, noise_sd=noise_var**0.5, seed=3, u0=(400 - 583.451) / -5.939, **ENGINE
     )
     r, u, y = columns(played(plant))
     np.testing.assert_array_equal(r, rec.r[:, 0])
@@ -100,7 +100,7 @@ def test_writes_act_from_the_next_sample_on_without_a_bump():
 
 def test_what_was_written_does_not_change_the_noise():
     def outputs(u):
-        plant = pt.edge.SimulatedPlant(np.full(50, 400.0), PID, noise=2.0, seed=5, **ENGINE)
+        plant = pt.edge.SimulatedPlant(np.full(50, 400.0), PID, noise_sd=2.0, seed=5, **ENGINE)
         if u is not None:
             plant.write(u=u)
         return np.array([s.y for s in played(plant)])
@@ -110,7 +110,7 @@ def test_what_was_written_does_not_change_the_noise():
 
 
 def test_a_simulated_plant_goes_on_from_a_pickle():
-    plant = pt.edge.SimulatedPlant(np.full(60, 410.0), PID, noise=1.0, u0=30.0, **ENGINE)
+    plant = pt.edge.SimulatedPlant(np.full(60, 410.0), PID, noise_sd=1.0, u0=30.0, **ENGINE)
     for _ in range(30):
         plant.read()
     copy = pickle.loads(pickle.dumps(plant))
@@ -154,7 +154,7 @@ def test_every_link_fits_the_protocol():
     [
         (lambda: pt.edge.SimulatedPlant([1.0, 2.0], PID, **{**ENGINE, "K": [1.0] * 3}), "U01"),
         (lambda: pt.edge.SimulatedPlant([1.0], PID, **{**ENGINE, "T": -1.0}), "M12"),
-        (lambda: pt.edge.SimulatedPlant([1.0], PID, noise=-1.0, **ENGINE), "U01"),
+        (lambda: pt.edge.SimulatedPlant([1.0], PID, noise_sd=-1.0, **ENGINE), "U01"),
         (lambda: pt.edge.Capabilities(read={"x"}), "U01"),
         (lambda: pt.edge.RecordedPlant(pt.Record(u=np.eye(4)[:, :2], y=range(4), Ts=1.0)), "U01"),
     ],

@@ -22,7 +22,7 @@ def run(link):
 
 
 def test_live_is_replay_to_the_last_bit():
-    steps = run(plant(20.0, noise=1.2, seed=4))
+    steps = run(plant(20.0, noise_sd=1.2, seed=4))
     live = pt.adapt.collect(steps, SETTINGS)
     rec = pt.Record(u=live.u, y=live.y, r=live.r, Ts=0.02)
     again = pt.adapt.replay(rec, SETTINGS)

@@ -74,7 +74,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "margins": plot.margins(tuning),
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
-        "relay": plot.relay(*relay_test(noise=0.02)),
+        "relay": plot.relay(*relay_test(noise_sd=0.02)),
         "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),
         "rules": plot.rules(pt.tune.compare(fits[0]), of=rec),
     }
@@ -210,7 +210,7 @@ def test_compare_says_when_the_rows_are_not_fresh(rec, fits):
 
 
 def test_relay_draws_measured_model_and_thresholds():
-    test, rec = relay_test(noise=0.02)
+    test, rec = relay_test(noise_sd=0.02)
     fig = plot.relay(test, of=rec)
     measured, model = trace(fig, "measured"), trace(fig, "model of the cycle")
     assert (measured.line.color, model.line.color) == (MEASURED, MODEL)

@@ -120,7 +120,7 @@ def test_an_equilibrium_may_be_given():
 
 
 def test_units_scale_through():
-    rec = simulated(noise=0.05)
+    rec = simulated(noise_sd=0.05)
     scaled = pt.Record(u=rec.u * 4 + 7, y=rec.y * -10 + 3, Ts=rec.Ts * 60)
     one, two = pt.tune.relay(rec), pt.tune.relay(scaled)
     assert (two.K, two.T, two.L) == approx((one.K * -2.5, one.T * 60, one.L * 60), rel=1e-9)
@@ -189,7 +189,7 @@ def test_intervals_cover_the_truth(K, T, L):
     inside, cycle, told = np.zeros(3), [], 0
     for seed in range(100):
         rec = simulated(
-            plant, hysteresis=3 * sd, Ts=L / 25, noise=sd, seed=seed, rest=5 * L, t_end=65 * L
+            plant, hysteresis=3 * sd, Ts=L / 25, noise_sd=sd, seed=seed, rest=5 * L, t_end=65 * L
         )
         test = pt.tune.relay(rec)
         inside += np.abs(test.fit.theta - theta(plant)) < 1.96 * test.fit.sd
@@ -237,9 +237,9 @@ def test_more_than_two_levels_are_refused():
 
 @pytest.mark.parametrize("hysteresis, noise", [(0.02, 0.1), (0.0, 0.03), (0.15, 0.1)])
 def test_a_relay_that_noise_switches_is_refused(hysteresis, noise):
-    error = refused(simulated(hysteresis=hysteresis, noise=noise), "X04")
+    error = refused(simulated(hysteresis=hysteresis, noise_sd=noise), "X04")
     assert "chatters" in error.text and error.count > 0
-    pt.tune.relay(simulated(hysteresis=0.3, noise=noise))
+    pt.tune.relay(simulated(hysteresis=0.3, noise_sd=noise))
 
 
 def test_an_oscillation_that_changes_is_refused():
@@ -292,7 +292,7 @@ def test_limits_that_differ_are_said():
 
 def test_the_simulated_relay_switches_beyond_its_thresholds():
     for K in (2.0, -2.0):
-        rec = simulated(pt.models.ProcessModel(K=K, T=3.0, L=1.03), noise=0.1, seed=3, rest=1.0)
+        rec = simulated(pt.models.ProcessModel(K=K, T=3.0, L=1.03), noise_sd=0.1, seed=3, rest=1.0)
         u, ahead = rec.u[:, 0], np.sign(K) * (rec.y[:, 0] - 5.0)  # 19 rows at rest
         assert (u[:19] == 0.0).all() and u[19] in (-1.0, 2.0)
         below, above = ahead[19:] < -0.3, ahead[19:] > 0.3
@@ -300,7 +300,14 @@ def test_the_simulated_relay_switches_beyond_its_thresholds():
         assert (np.diff(u[19:])[~(below | above)[1:]] == 0).all()
 
 
-WRONG = {"high": -2.0, "hysteresis": -0.1, "Ts": 0.0, "t_end": -1.0, "noise": -1.0, "rest": -1.0}
+WRONG = {
+    "high": -2.0,
+    "hysteresis": -0.1,
+    "Ts": 0.0,
+    "t_end": -1.0,
+    "noise_sd": -1.0,
+    "rest": -1.0,
+}
 
 
 @pytest.mark.parametrize("wrong", WRONG)

@@ -119,7 +119,7 @@ def _demo() -> SimulatedPlant:
         L=ENGINE_LOOP.L,
         offset=ENGINE_LOOP.offset,
         Ts=0.02,
-        noise=1.0,
+        noise_sd=1.0,
         seed=1,
     )
 

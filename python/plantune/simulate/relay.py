@@ -21,7 +21,7 @@ def relay(
     Ts: float,
     t_end: float,
     r: float = 0.0,
-    noise: float = 0.0,
+    noise_sd: float = 0.0,
     seed: int = 0,
     offset: float = 0.0,
     rest: float = 0.0,
@@ -36,14 +36,14 @@ def relay(
         Levels of u, on either side of the input that holds y at `r`; unless they lie at different
         distances from it, the test does not tell gain from time constant.
     hysteresis : float
-        y passes `r` by so much before the relay switches, >= 0; three times `noise` is enough.
+        y passes `r` by so much before the relay switches, >= 0; three times `noise_sd` is enough.
     Ts : float
         Seconds; the relay reads y and switches once per sample.
     t_end : float
         Seconds, `rest` included.
     r : float
         Set point.
-    noise : float
+    noise_sd : float
         Standard deviation of the white noise on the measured y, which the relay reads.
     seed : int
         Of the noise.
@@ -79,11 +79,11 @@ def relay(
             raise refusal(
                 "U01", f"`{name}` is {value}, must be positive and finite", remedy=f"{name}=10.0"
             )
-    for name, value in (("noise", noise), ("rest", rest)):
+    for name, value in (("noise_sd", noise_sd), ("rest", rest)):
         if not 0 <= value < inf:
             raise refusal(
                 "U01", f"`{name}` is {value}, must be zero or positive", remedy=f"{name}=0.0"
             )
-    e = noise * np.random.default_rng(seed).standard_normal(round(t_end / Ts))
+    e = noise_sd * np.random.default_rng(seed).standard_normal(round(t_end / Ts))
     u, y = _core.simulate_relay(model, low, high, hysteresis, Ts, r, offset, round(rest / Ts), e)
     return Record(u=u, y=y, Ts=Ts, r=np.full(len(y), r))

@@ -59,7 +59,7 @@ class RelayTest:
     >>> import plantune as pt
     >>> plant = pt.models.ProcessModel(K=2.0, T=3.0, L=1.0)
     >>> rec = pt.simulate.relay(
-    ...     plant, high=2.0, low=-1.0, hysteresis=0.3, Ts=0.05, t_end=60.0, noise=0.1, rest=5.0
+    ...     plant, high=2.0, low=-1.0, hysteresis=0.3, Ts=0.05, t_end=60.0, noise_sd=0.1, rest=5.0
     ... )
     >>> test = pt.tune.relay(rec)
     >>> print(test)

@@ -30,7 +30,7 @@ class SimulatedPlant:
         or one value per row.
     Ts : float
         Sample time, seconds.
-    noise : float
+    noise_sd : float
         Standard deviation of the white noise on the y that is read, >= 0.
     seed : int
         Of the noise.
@@ -82,7 +82,7 @@ class SimulatedPlant:
         L: ArrayLike = 0.0,
         offset: ArrayLike = 0.0,
         Ts: float,
-        noise: float = 0.0,
+        noise_sd: float = 0.0,
         seed: int = 0,
         u0: float | None = None,
         actuator: Actuator | None = None,
@@ -91,14 +91,15 @@ class SimulatedPlant:
     ) -> None:
         self._r = np.atleast_1d(np.array(r, float))
         N = len(self._r)
-        if not noise >= 0:
-            raise refusal("U01", f"`noise` is {noise}, must be zero or positive", remedy="noise=0")
+        if not noise_sd >= 0:
+            text = f"`noise_sd` is {noise_sd}, must be zero or positive"
+            raise refusal("U01", text, remedy="noise_sd=0")
         named = {"K": K, "T": T, "L": L, "offset": offset}
         parameters = [_per_row(x, N, name) for name, x in named.items()]
         self._varies = any(np.ndim(x) > 0 for x in named.values())
         self._parameters = np.stack(parameters, axis=1)
         self._aux = {name: _per_row(x, N, name) for name, x in (aux or {}).items()}
-        self._noise = np.random.default_rng(seed).normal(0.0, noise, N)
+        self._noise = np.random.default_rng(seed).normal(0.0, noise_sd, N)
         self._row = 0
         self._wished_r: float | None = None
         self._u: float | None = None
