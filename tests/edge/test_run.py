@@ -51,8 +51,61 @@ def test_a_log_reads_back_as_a_record():
     rec = log.to_record()
     np.testing.assert_array_equal(rec.u[:, 0], log.u)
     np.testing.assert_array_equal(rec.aux["Kp"], log.Kp)
+    again = pt.adapt.replay(rec, SETTINGS)
+    np.testing.assert_array_equal(again.K, log.K)
     with pytest.raises(pt.UsageError):
         pt.adapt.collect([], SETTINGS)
+
+
+def test_what_a_log_does_not_know_is_not_in_its_record():
+    log = pt.adapt.collect(run(plant(4.0)), SETTINGS)
+    first = np.flatnonzero(~np.isnan(log.K))[0]
+    assert first > 0 and "K" not in log.to_record().aux
+    rec = log.to_record(estimates=True)
+    assert rec.N == len(log.K) - first and rec.time[0] == pytest.approx(log.t[first])
+    np.testing.assert_array_equal(rec.aux["K"], log.K[first:])
+    rest = pt.Record(u=np.full(50, 30.0), y=np.full(50, 400.0), Ts=0.02)
+    still = pt.adapt.replay(rest, SETTINGS)
+    assert still.to_record().N == 50
+    with pytest.raises(pt.DataError) as refused:
+        still.to_record(estimates=True)
+    assert refused.value.code == "D07"
+
+
+def test_what_is_not_read_and_gaps_come_back_from_a_log():
+    rec = pt.datasets.engine_loop(noise_var=1.5, t_end=12.0)
+    valid = np.ones(rec.N, bool)
+    valid[[100, 250, 251]] = False
+    kept = (np.arange(rec.N) < 300) | (np.arange(rec.N) >= 320)
+    torn = pt.Record(
+        u=rec.u[kept],
+        y=rec.y[kept],
+        valid=valid[kept],
+        Ts=0.02,
+        rows=np.flatnonzero(kept),
+        starts=[0, 300],
+    )
+    log = pt.adapt.replay(torn, SETTINGS)
+    assert np.isnan(log.r).all() and np.isnan(log.y[[100, 250, 251]]).all()
+    again = log.to_record()
+    assert again.r is None
+    for name in ("u", "valid", "starts", "rows", "time"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(torn, name), name)
+    np.testing.assert_array_equal(pt.adapt.replay(again, SETTINGS).K, log.K)
+    assert log.accepted.any()
+
+
+def test_a_live_log_holds_what_the_tuner_simulates():
+    pid = pt.models.PID(Kp=-0.1, Ti=0.15, Ts=0.02)
+    model = pt.models.ProcessModel(K=-5.939, T=0.1491, L=0.1)
+    settings = pt.adapt.Settings(
+        Ts=0.02, nk=(3, 11), controller=pid, simulated_plant=model, simulated_controller=True
+    )
+    steps = [pt.adapt.Sample(0.02 * k, r=float(k // 50 % 2)) for k in range(200)]
+    tuner = pt.adapt.AutoTuner(settings)
+    live = pt.adapt.collect([(sample, tuner.step(sample)) for sample in steps], settings)
+    assert np.ptp(live.u) > 0.05 and np.ptp(live.y) > 0.5
+    assert live.to_record().N == 200
 
 
 def test_a_gain_schedule_is_written_where_the_plant_goes():

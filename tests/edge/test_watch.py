@@ -51,10 +51,25 @@ def test_the_demo_is_tuned_and_tuned_again_when_its_plant_changes(demo):
 def test_its_log_reads_back_as_a_record(demo):
     done, path = demo
     fields = strict_json(done.stdout)
-    rec = pt.read(path, u="u", y="y", r="r", time="t", Ts=0.02, aux=["Kp", "K", "retuned"])
+    columns = {"u": "u", "y": "y", "r": "r", "time": "t", "Ts": 0.02}
+    rec = pt.read(path, **columns, aux=["Kp", "retuned"])
     assert rec.N == fields["samples"]
     assert rec.aux["Kp"][-1] == fields["controller"]["Kp"]
     assert rec.aux["retuned"].sum() == len(fields["retunings"])
+
+
+def test_what_its_log_does_not_know_is_an_empty_cell(demo):
+    done, path = demo
+    lines = path.read_text(encoding="utf-8").splitlines()
+    cells = dict(zip(lines[0].split(","), lines[1].split(","), strict=True))
+    assert [cells[name] for name in ("K", "T", "L", "offset")] == [""] * 4
+    assert cells["retuned"] == "0" and float(cells["Kp"]) == -0.018
+    columns = {"u": "u", "y": "y", "r": "r", "time": "t", "Ts": 0.02, "aux": ["K", "T"]}
+    with pytest.raises(pt.DataError, match="`K` is missing") as refused:
+        pt.read(path, **columns)
+    assert refused.value.code == "D07"
+    rec = pt.read(path, **columns, missing="segments")
+    assert 1900 < rec.N < strict_json(done.stdout)["samples"] and not (rec.aux["K"] == 0).any()
 
 
 def test_a_record_is_watched_and_stays_as_it_was(table):

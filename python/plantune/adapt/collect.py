@@ -10,9 +10,9 @@ import numpy as np
 from plantune.adapt.decision import Decision, Sample
 from plantune.adapt.log import AdaptLog
 from plantune.adapt.settings import Settings
+from plantune.adapt.signals import signal, starts_of
 from plantune.errors import refusal
 from plantune.models import PID, ProcessModel
-from plantune.record import Floats
 
 
 def collect(
@@ -53,20 +53,17 @@ def collect(
         raise refusal("U01", "`steps` is empty, must hold a sample", remedy="read the link first")
     samples, decisions = zip(*pairs, strict=True)
 
-    def signal(name: str) -> Floats:
-        values = (getattr(sample, name) for sample in samples)
-        return np.array([nan if x is None else x for x in values], float)
-
     def flag(name: str) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
         return np.array([getattr(d, name) for d in decisions], bool)
 
+    t = signal(samples, "t")
     model = np.array([_parameters(d.model) for d in decisions])
     controller = np.array([_gains(d.controller) for d in decisions])
     return AdaptLog(
-        t=signal("t"),
-        r=signal("r"),
-        u=signal("u"),
-        y=signal("y"),
+        t=t,
+        r=signal(samples, "r"),
+        u=np.array([d.u for d in decisions], float),
+        y=np.array([d.y for d in decisions], float),
         K=model[:, 0],
         T=model[:, 1],
         L=model[:, 2],
@@ -89,6 +86,7 @@ def collect(
         reasons=[(k, d.reasons) for k, d in enumerate(decisions) if d.reasons],
         settings=settings,
         source=source,
+        starts=starts_of(t, settings.Ts),
     )
 
 

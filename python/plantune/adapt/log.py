@@ -10,11 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune.adapt.settings import Settings
+from plantune.adapt.signals import record_of, starts_of
 from plantune.notes import Note, notes_from_core
 from plantune.record import Floats, Record
 from plantune.text import counted
 
 Flags = NDArray[np.bool_]
+
+ESTIMATES = ("K", "T", "L", "offset")
+GAINS = ("Kp", "Ki")
+EVENTS = ("accepted", "retuned", "alarm", "changed")
+"""Columns that a log gives to a record; the first are not known before the first estimate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,6 +57,8 @@ class AdaptLog:
         What the tuner was asked for.
     source : str
         Fingerprint of the record; empty where there is none.
+    starts : array
+        First sample of each stretch without a gap.
 
     Examples
     --------
@@ -89,9 +97,28 @@ class AdaptLog:
     reasons: list[tuple[int, tuple[Note, ...]]]
     settings: Settings
     source: str
+    starts: NDArray[np.int64]
 
-    def to_record(self) -> Record:
-        """Return the log as a record, with the decisions as further signals.
+    def to_record(self, estimates: bool = False) -> Record:
+        """Return the log as a record, with the settings and events as further signals.
+
+        Parameters
+        ----------
+        estimates : bool
+            Whether `K`, `T`, `L` and the offset are further signals as well.  Samples that have
+            none, such as those before the first estimate, are then left out.
+
+        Returns
+        -------
+        Record
+            `u`, `y`, `r`, and `aux` with `Kp Ki accepted retuned alarm changed`.  What is not
+            known is left out: rows without `u`, an `r` that is not known in every row; a `y` that
+            is not known does not count.  Gaps are between segments.
+
+        Raises
+        ------
+        DataError
+            No sample has `u`, or an estimate that is asked for, or too few have `y` (D07).
 
         Examples
         --------
@@ -99,20 +126,17 @@ class AdaptLog:
         >>> rec = pt.datasets.engine_loop(t_end=2.0)
         >>> pid = pt.models.PID(Kp=-0.018, Ti=0.0532)
         >>> log = pt.adapt.replay(rec, pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pid))
-        >>> sorted(log.to_record().aux)[:4]
-        ['K', 'Ki', 'Kp', 'L']
+        >>> log.to_record().N, sorted(log.to_record().aux)[:2]
+        (100, ['Ki', 'Kp'])
+        >>> known = log.to_record(estimates=True)
+        >>> known.N, known.t0, round(float(known.aux["K"][-1]), 3)
+        (81, 0.38, -5.939)
         """
-        columns = {name: getattr(self, name) for name in ("K", "T", "L", "offset", "Kp", "Ki")}
-        flags = ("accepted", "retuned", "alarm", "changed")
-        events = {name: getattr(self, name).astype(float) for name in flags}
-        return Record(
-            u=self.u,
-            y=self.y,
-            r=self.r,
-            Ts=self.settings.Ts,
-            t0=float(self.t[0]),
-            aux={name: np.nan_to_num(x) for name, x in {**columns, **events}.items()},
-        )
+        found = {name: getattr(self, name) for name in ESTIMATES} if estimates else {}
+        told = {name: getattr(self, name).astype(float) for name in (*GAINS, *EVENTS)}
+        signals = (self.t, self.r, self.u, self.y)
+        needed = list(found.values())
+        return record_of(signals, self.settings.Ts, self.starts, {**found, **told}, needed)
 
     def __str__(self) -> str:
         accepted, retuned = np.flatnonzero(self.accepted), np.flatnonzero(self.retuned)
@@ -132,11 +156,9 @@ class AdaptLog:
         return "\n".join(lines)
 
 
-def log_of(
-    d: Mapping[str, Any], signals: tuple[Floats, ...], settings: Settings, source: str
-) -> AdaptLog:
-    """Make a log of what the core sends."""
-    t, r = signals
+def log_of(d: Mapping[str, Any], r: Floats, rec: Record, settings: Settings) -> AdaptLog:
+    """Make a log of what the core sends of a record."""
+    t = rec.time
     model, controller, target = d["model"], d["controller"], d["target"]
     names = ("accepted", "fitted", "retuned", "new_point", "alarm", "changed")
     flags = {name: d["flags"][:, i] for i, name in enumerate(names)}
@@ -160,6 +182,7 @@ def log_of(
         time_to_target=d["time_to_target"],
         reasons=[(row, notes_from_core(notes)) for row, notes in d["reasons"]],
         settings=settings,
-        source=source,
+        source=rec.source,
+        starts=np.union1d(rec.starts, starts_of(t, settings.Ts)),
         **flags,
     )

@@ -67,4 +67,4 @@ def replay(rec: Record, settings: Settings) -> AdaptLog:
     for i, name in enumerate(settings.signals):
         aux[:, i] = rec.aux[name]
     out = _core.AutoTuner(settings).run(rec.time, r, u, y, aux, rec.starts.tolist())
-    return log_of(out, (rec.time, r), settings, rec.source)
+    return log_of(out, r, rec, settings)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from math import inf, nan
+from math import inf, isnan, nan
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
+import numpy as np
 import typer
 from rich.console import Console
 from rich.live import Live
 
 from plantune.adapt import AdaptLog, AutoTuner, Decision, Sample, Settings, collect
+from plantune.adapt.log import ESTIMATES, EVENTS, GAINS
 from plantune.cli.main import app
 from plantune.cli.options import Json, LimitOption, limits_of
 from plantune.cli.output import fail, print_json
@@ -43,7 +45,10 @@ def watch(
     pace: Annotated[
         float, typer.Option(help="Times as fast as the plant; 0 is as fast as it goes.")
     ] = 0.0,
-    out: Annotated[Path | None, typer.Option(help="CSV file for the log: it is a record.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="CSV file for the log, a record: empty cells where nothing is known."),
+    ] = None,
     figure: Annotated[Path | None, typer.Option(help="HTML file for the figure.")] = None,
     decisions: Annotated[
         bool, typer.Option("--decisions", help="With --json: a line for each estimate and event.")
@@ -164,14 +169,19 @@ def _paced(steps: Steps, pace: float) -> Steps:
 
 
 def _csv(log: AdaptLog) -> str:
-    """Write the log as a table that `plantune.read` takes: t, u, y, r and what was decided."""
-    rec = log.to_record()
-    columns: dict[str, Any] = {"t": rec.time, "u": rec.u[:, 0], "y": rec.y[:, 0]}
-    if rec.r is not None:
-        columns["r"] = rec.r[:, 0]
-    columns |= rec.aux
-    rows = zip(*(map(repr, x.tolist()) for x in columns.values()), strict=True)
-    return "\n".join([",".join(columns), *(",".join(row) for row in rows)]) + "\n"
+    """Write the log as a table that `plantune.read` takes; what is not known is an empty cell."""
+    names = ["t", "u", "y", "r", *ESTIMATES, *GAINS, *EVENTS]
+    if np.isnan(log.r).all():
+        names.remove("r")
+    columns = [[_cell(x) for x in getattr(log, name).tolist()] for name in names]
+    rows = zip(*columns, strict=True)
+    return "\n".join([",".join(names), *(",".join(row) for row in rows)]) + "\n"
+
+
+def _cell(x: float | bool) -> str:
+    if isinstance(x, bool):
+        return str(int(x))
+    return "" if isnan(x) else repr(x)
 
 
 def _draw(path: Path, log: AdaptLog) -> None:
