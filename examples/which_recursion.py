@@ -82,12 +82,7 @@ def varying(gain: np.ndarray, seed: int) -> pt.Record:
     """Return a record of the engine whose gain is so many times its own."""
     r = pt.datasets.engine_loop(seed=seed, t_end=TS * len(gain)).r[:, 0]
     at = {"K": K * gain, "T": T, "L": L, "offset": OFFSET, "noise_sd": NOISE_VAR**0.5}
-    link = pt.edge.SimulatedPlant(r, FIRST, Ts=TS, seed=seed, **at)
-    rows = []
-    while (sample := link.read()) is not None:
-        rows.append((sample.u, sample.y))
-    u, y = np.transpose(rows)
-    return pt.Record(u=u, y=y, r=r, Ts=TS)
+    return pt.edge.record(pt.edge.SimulatedPlant(r, FIRST, Ts=TS, seed=seed, **at))
 
 
 def followed(seeds: Sequence[int] = range(6)) -> Iterator[tuple[str, np.ndarray]]:

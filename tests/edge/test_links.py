@@ -63,6 +63,57 @@ def test_a_simulated_plant_can_be_recorded_and_played_again():
     assert [(s.r, s.u, s.y) for s in again] == [(s.r, s.u, s.y) for s in samples]
 
 
+def test_a_link_is_read_to_a_record():
+    made = {"noise_sd": 1.0, "seed": 3, "aux": {"load": np.arange(60)}, **ENGINE}
+    plant = pt.edge.SimulatedPlant(np.full(60, 410.0), PID, **made)
+    r, u, y = columns(played(pt.edge.SimulatedPlant(np.full(60, 410.0), PID, **made)))
+    first, rest = pt.edge.record(plant, 20), pt.edge.record(plant)
+    assert (first.N, rest.N, first.Ts, rest.t0) == (20, 40, 0.02, approx(0.4))
+    np.testing.assert_array_equal(np.r_[first.u, rest.u][:, 0], u)
+    np.testing.assert_array_equal(np.r_[first.y, rest.y][:, 0], y)
+    np.testing.assert_array_equal(rest.r[:, 0], r[20:])
+    np.testing.assert_array_equal(rest.aux["load"], np.arange(20, 60))
+    for wrong in ({}, {"N": 0}):
+        with pytest.raises(pt.UsageError):
+            pt.edge.record(plant, **wrong)
+
+
+def test_a_recorded_link_is_the_record_again():
+    rec = pt.Record(
+        u=[1.0, 2.0, 3.0, 4.0, 5.0],
+        y=[0.0, np.nan, 2.0, 3.0, 4.0],
+        valid=[True, False, True, True, True],
+        rows=[0, 1, 2, 7, 8],
+        starts=[0, 3],
+        Ts=0.5,
+        t0=10.0,
+    )
+    again = pt.edge.record(pt.edge.RecordedPlant(rec))
+    assert again.same_as(rec)
+
+
+def test_a_row_without_input_is_no_row_of_a_record():
+    class Patchy:
+        Ts = 0.1
+
+        def __init__(self):
+            # Without u in the third row, without y in the fifth, without r in the last.
+            unread = {2: "u", 4: "y", 9: "r"}
+            signals = [{"r": 1.0, "u": 2.0 + k, "y": 3.0 + k} for k in range(10)]
+            for k, name in unread.items():
+                signals[k][name] = None
+            self.samples = [pt.adapt.Sample(0.1 * k, **x) for k, x in enumerate(signals)]
+
+        def read(self):
+            return self.samples.pop(0) if self.samples else None
+
+    rec = pt.edge.record(Patchy())
+    assert rec.rows.tolist() == [0, 1, 3, 4, 5, 6, 7, 8, 9]
+    assert rec.starts.tolist() == [0, 2] and rec.r is None
+    assert rec.u[:, 0].tolist() == [2.0 + k for k in rec.rows]
+    assert rec.valid[:, 0].tolist() == [k != 4 for k in rec.rows]
+
+
 def test_parameters_and_signals_follow_their_rows():
     N = 400
     K = np.where(np.arange(N) < 200, 2.0, 4.0)

@@ -8,6 +8,7 @@ from plantune.edge.links import (
     RecordedPlant,
     SimulatedPlant,
 )
+from plantune.edge.record import record
 from plantune.edge.run import run
 
 __all__ = [
@@ -17,5 +18,6 @@ __all__ = [
     "Link",
     "RecordedPlant",
     "SimulatedPlant",
+    "record",
     "run",
 ]
