@@ -74,6 +74,18 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 ///     Forgetting factor of the next sample; sample time or None.
 /// model : PolyModel
 ///     The model at this moment.
+///
+/// Notes
+/// -----
+/// It is a type to test for, and is not made by itself: `ARX`, `ARMAX`, `OE` and `BJ` bring the orders.
+/// `copy.deepcopy` and `pickle` keep the state, to the last bit.
+///
+/// Examples
+/// --------
+/// >>> import plantune as pt
+/// >>> arx = pt.recursive.ARX(1, 1, 6, lam=0.99, Ts=0.02)
+/// >>> isinstance(arx, pt.recursive.Recursion), arx.names, arx.lam
+/// (True, ['a1', 'b1'], 0.99)
 #[pyclass(module = "plantune._core", subclass)]
 pub struct Recursion {
     rpem: Rpem,
