@@ -775,6 +775,9 @@ class AutoTuner:
     def tables(self) -> tuple[list[list[float]], list[float], list[float]] | None:
         """Axes, flat values of the tables of Kp and of Ki; None without a gain schedule."""
 
+    def copy(self) -> AutoTuner:
+        """Return another tuner that has seen the same."""
+
     def gap(self) -> None:
         """Say that the next sample does not follow the last one."""
 

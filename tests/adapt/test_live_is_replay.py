@@ -1,5 +1,7 @@
 """Claim: `step` over the samples equals `replay`, bit for bit, whatever happens on the way."""
 
+import copy
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -84,3 +86,29 @@ def test_step_by_step_equals_the_record(rows, every, bank):
     said = [(k, d.reasons) for k, d in enumerate(decisions) if d.reasons]
     assert said == log.reasons
     assert log.accepted.any() and log.alarm.any()
+
+
+@pytest.mark.parametrize("bank", [None, pt.adapt.BankSettings()])
+@pytest.mark.parametrize("way", [copy.copy, copy.deepcopy])
+def test_a_copy_goes_on_by_itself(bank, way):
+    rec = pt.datasets.engine_loop(noise_var=1.5, t_end=6.0)
+    pid = pt.models.PID(Kp=-0.018, Ti=0.0532)
+    tuner = AutoTuner(pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pid, bank=bank))
+    rows = zip(rec.time, rec.r[:, 0], rec.u[:, 0], rec.y[:, 0], strict=True)
+    samples = [Sample(*row) for row in rows]
+    for sample in samples[:150]:
+        tuner.step(sample)
+    other = way(tuner)
+    theirs = [other.step(sample) for sample in samples[150:]]
+    ours = [tuner.step(sample) for sample in samples[150:]]
+    assert any(d.accepted for d in ours)
+    for name in ("t", "offset", "accepted", "controller", "reasons", "time_to_target"):
+        one, two = ([getattr(d, name) for d in ds] for ds in (ours, theirs))
+        assert one == two, name
+
+
+def test_a_pickle_is_refused_with_what_to_keep_instead():
+    settings = pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=pt.models.PID(Kp=0.1, Ti=1.0))
+    with pytest.raises(TypeError, match="samples that it has seen"):
+        pickle.dumps(AutoTuner(settings))
+    assert pickle.loads(pickle.dumps(settings)).nk == (3, 11)

@@ -258,6 +258,7 @@ struct LogOut<'py> {
 ///
 /// Behind `plantune.adapt.AutoTuner`, which makes its decisions values.
 #[pyclass(module = "plantune._core")]
+#[derive(Clone)]
 struct AutoTuner {
     tuner: Tuner,
     candidates: usize,
@@ -280,6 +281,11 @@ impl AutoTuner {
     fn tables(&self) -> Option<TablesOut> {
         let [Kp, Ki] = self.tuner.tables()?;
         Some((Kp.axes().to_vec(), Kp.values().to_vec(), Ki.values().to_vec()))
+    }
+
+    /// Another tuner that has seen the same.
+    fn copy(&self) -> Self {
+        self.clone()
     }
 
     /// The next sample does not follow the last one.

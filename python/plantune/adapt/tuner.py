@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from math import nan
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -21,6 +21,8 @@ class AutoTuner:
     """Identifies, tunes and gates while the plant runs: a sample goes in, a decision comes out.
 
     It knows no clock and no link: `plantune.edge` brings the samples and writes what is decided.
+    `copy.copy` and `copy.deepcopy` give a tuner that has seen the same and goes on by itself.
+    Pickles are refused: keep the samples, and step a new tuner over them.
 
     Parameters
     ----------
@@ -70,6 +72,20 @@ class AutoTuner:
         aux = [float(sample.aux.get(name, nan)) for name in self.settings.signals]
         r, u, y = (nan if x is None else x for x in (sample.r, sample.u, sample.y))
         return decision(self._core.step(sample.t, r, u, y, aux), self.settings)
+
+    def __copy__(self) -> AutoTuner:
+        other = object.__new__(type(self))
+        other.settings, other._core = self.settings, self._core.copy()
+        return other
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> AutoTuner:
+        return self.__copy__()  # settings are frozen
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "an AutoTuner is not pickled: pickle its `settings` and the samples that it has seen; "
+            "a new one that is stepped over these decides the same to the last bit"
+        )
 
     @property
     def tables(self) -> tuple[Table, Table] | None:
