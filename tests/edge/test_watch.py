@@ -101,7 +101,8 @@ def test_a_pipe_gets_a_line_per_event_and_a_summary(table):
 def test_the_figure_is_written(table, tmp_path):
     done = plantune("watch", *columns(table), *LOOP, "--json", "--figure", tmp_path / "f.html")
     assert done.exit_code == 0
-    assert "Auto-tuner:" in (tmp_path / "f.html").read_text(encoding="utf-8")
+    page = (tmp_path / "f.html").read_text(encoding="utf-8")
+    assert "Auto-tuner:" in page and '"text":"out"' in page and "[?]" not in page
 
 
 def test_the_view_shows_parameters_delays_settings_and_reasons():

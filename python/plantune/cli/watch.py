@@ -25,6 +25,7 @@ from plantune.edge import Link, RecordedPlant, SimulatedPlant, run
 from plantune.errors import PlantuneError, refusal
 from plantune.io import to_json, write_text
 from plantune.models import PID
+from plantune.record import Record
 
 Steps = Iterator[tuple[Sample, Decision]]
 
@@ -62,12 +63,13 @@ def watch(
     after half of the time.
     """
     try:
-        link, settings, title, source = _set_up(reading, Kp, Ti, nk, gain_margin, limit)
-        log = collect(_shown(link, settings, title, pace, as_json, decisions), settings, source)
+        link, settings, title, rec = _set_up(reading, Kp, Ti, nk, gain_margin, limit)
+        steps = _shown(link, settings, title, pace, as_json, decisions)
+        log = collect(steps, settings, "" if rec is None else rec.source)
         if out is not None:
             write_text(out, _csv(log))
         if figure is not None:
-            _draw(figure, log)
+            _draw(figure, log, rec)
     except PlantuneError as error:
         fail(error, as_json)
         raise typer.Exit(error.exit_code) from None
@@ -85,20 +87,20 @@ def watch(
 
 def _set_up(
     reading: Reading, Kp: float | None, Ti: float, nk: str, gain_margin: float, limit: LimitOption
-) -> tuple[Link, Settings, str, str]:
-    """Return the link, the settings, a title and the fingerprint of the record."""
+) -> tuple[Link, Settings, str, Record | None]:
+    """Return the link, the settings, a title, and the record if it is one."""
     limits, delays = limits_of(limit), _delays(nk)
     if [str(path) for path in reading.data] == [_DEMO]:
         link = _demo()
         asked = Settings(link.Ts, delays, link.controller, gain_margin, limits=limits)
-        return link, asked, "Simulated engine loop, the plant changes on the way", ""
+        return link, asked, "Simulated engine loop, the plant changes on the way", None
     if Kp is None:
         raise refusal(
             "U01", "`--Kp` is missing, must be the gain at work", remedy="--Kp 1.2 --Ti 30"
         )
     rec, pid = reading.record(limits), PID(Kp, Ti)
     asked = Settings(rec.Ts, delays, pid, gain_margin, limits=limits)
-    return RecordedPlant(rec, pid, shadow=True), asked, reading.title, rec.source
+    return RecordedPlant(rec, pid, shadow=True), asked, reading.title, rec
 
 
 def _delays(nk: str) -> tuple[int, int]:
@@ -184,7 +186,7 @@ def _cell(x: float | bool) -> str:
     return "" if isnan(x) else repr(x)
 
 
-def _draw(path: Path, log: AdaptLog) -> None:
+def _draw(path: Path, log: AdaptLog, rec: Record | None) -> None:
     from plantune import plot  # only here: it takes longer to load than all else
 
-    write_text(path, plot.adapt(log).to_html(include_plotlyjs=True))
+    write_text(path, plot.adapt(log, of=rec).to_html(include_plotlyjs=True))

@@ -173,14 +173,15 @@ def inert(name: object, longest: int = LONGEST) -> str:
 
 
 def axis(name: str, unit: str, longest: int = 20) -> str:
-    """Return `name [unit]`, with a question mark where nobody gave the unit.
+    """Return `name [unit]`, the name alone where nobody gave the unit.
 
     Examples
     --------
     >>> axis("time", "s"), axis("temp", "")
-    ('time [s]', 'temp [?]')
+    ('time [s]', 'temp')
     """
-    return f"{inert(column(name), longest)} [{inert(unit, 12) or '?'}]"
+    shown, known = inert(column(name), longest), inert(unit, 12)
+    return f"{shown} [{known}]" if known else shown
 
 
 class Names:
