@@ -93,13 +93,7 @@ def c_source(
             raise refusal(
                 "U01", "an estimator has neither Ts nor limits of u", remedy="leave them out"
             )
-        if what.forgetting != "exponential" or what.lam0 != what.lam or what.clip is not None:
-            raise refusal(
-                "U01",
-                "only an estimator with one forgetting factor, and without a clip, is written in C",
-                remedy="leave lam0, clip and forgetting out",
-            )
-        return _text(_estimator(what, named(prefix, "rls")))
+        return _text(_estimator(_plain(what), named(prefix, "rls")))
     subject = subject_of(what, Ts, u_min, u_max, (u_unit, y_unit))
     if isinstance(subject, Controller):
         return _text(_controller(subject, named(prefix, "pid")))
@@ -108,142 +102,133 @@ def c_source(
 
 def _controller(c: Controller, p: str) -> list[str]:
     """`u = P + D + I`, in manual and in automatic."""
-    derivative, limited = c.pid.Td > 0, c.u_min is not None
+    derivative = c.pid.Td > 0
     state = {"double I;": "integral, in units of u"}
     state |= {"double x;": "c r - y, filtered"} if derivative else {}
     state |= {"double u;": "last output"}
+    init = f"void {p}_init({p}_state *s, double y, double u)"
+    step = f"double {p}_step({p}_state *s, double r, double y)"
+    manual = f"double {p}_manual({p}_state *s, double r, double y, double u)"
+    functions = {
+        init: "in equilibrium at r = y",
+        step: "automatic; returns u",
+        manual: "manual; step goes on from u",
+    }
     finite = "r - r == 0.0 && y - y == 0.0"
-    rest = [
-        f"/* {'P + D' if derivative else 'P'}: what is not the integral. */",
-        f"static double {p}_rest({'' if derivative else 'const '}{p}_state *s, double r, double y)",
-        "{",
-        *(
-            [
-                f"    const double off = {p}_c * r - y - s->x;",
-                f"    s->x += {p}_Ts / ({p}_Tf + {p}_Ts) * off;",
-                f"    return {p}_Kp * ({p}_b * r - y) + {p}_Kp * {p}_Td / ({p}_Tf + {p}_Ts) * off;",
-            ]
-            if derivative
-            else ["    (void)s;", f"    return {p}_Kp * ({p}_b * r - y);"]
-        ),
-        "}",
-    ]
-    automatic = (
-        [
-            f"    const double more = {p}_Ki * {p}_Ts * (r - y);",
-            "    double u = rest + (s->I + more);",
-            f"    if ((u > {p}_u_max && more > 0.0) || (u < {p}_u_min && more < 0.0))",
-            "        u = rest + s->I; /* driven further out: the integral waits */",
-            "    else",
-            "        s->I += more;",
-            f"    s->u = u > {p}_u_max ? {p}_u_max : u < {p}_u_min ? {p}_u_min : u;",
-        ]
-        if limited
-        else [f"    s->I += {p}_Ki * {p}_Ts * (r - y);", "    s->u = rest + s->I;"]
-    )
-    held = [f"    if (!({finite}))", "        return s->u; /* not a reading: the output holds */"]
     return [
-        *_declared(
-            p,
-            c.about,
-            state,
-            {
-                f"void {p}_init({p}_state *s, double y, double u)": "in equilibrium at r = y",
-                f"double {p}_step({p}_state *s, double r, double y)": "automatic; returns u",
-                f"double {p}_manual({p}_state *s, double r, double y, double u)": (
-                    "manual; step goes on from u"
-                ),
-            },
-        ),
+        *_declared(p, c.about, state, functions),
         *(f"static const double {p}_{k} = {_double(v)};" for k, v in c.constants.items()),
         "",
-        *rest,
+        *_rest(p, derivative),
         "",
-        f"void {p}_init({p}_state *s, double y, double u)",
-        "{",
-        *([f"    s->x = ({p}_c - 1.0) * y;"] if derivative else []),
-        f"    s->I = u - {p}_Kp * ({p}_b - 1.0) * y;",
-        "    s->u = u;",
-        "}",
+        *_function(
+            init,
+            *([f"s->x = ({p}_c - 1.0) * y;"] if derivative else []),
+            f"s->I = u - {p}_Kp * ({p}_b - 1.0) * y;",
+            "s->u = u;",
+        ),
         "",
-        f"double {p}_step({p}_state *s, double r, double y)",
-        "{",
-        *held,
-        f"    const double rest = {p}_rest(s, r, y);",
-        *automatic,
-        "    return s->u;",
-        "}",
+        *_function(
+            step,
+            f"if (!({finite}))",
+            "    return s->u; /* not a reading: the output holds */",
+            f"const double rest = {p}_rest(s, r, y);",
+            *_integrated(p, limited=c.u_min is not None),
+            "return s->u;",
+        ),
         "",
-        f"double {p}_manual({p}_state *s, double r, double y, double u)",
-        "{",
-        "    s->u = u;",
-        f"    if ({finite})",
-        f"        s->I = u - {p}_rest(s, r, y);",
-        "    return u;",
-        "}",
+        *_function(
+            manual,
+            "s->u = u;",
+            f"if ({finite})",
+            f"    s->I = u - {p}_rest(s, r, y);",
+            "return u;",
+        ),
+    ]
+
+
+def _rest(p: str, derivative: bool) -> list[str]:
+    """`P + D`, and the filter of D goes on."""
+    P = f"{p}_Kp * ({p}_b * r - y)"
+    if not derivative:
+        said = "/* P: what is not the integral. */"
+        head = f"static double {p}_rest(const {p}_state *s, double r, double y)"
+        return [said, *_function(head, "(void)s;", f"return {P};")]
+    return [
+        "/* P + D: what is not the integral. */",
+        *_function(
+            f"static double {p}_rest({p}_state *s, double r, double y)",
+            f"const double off = {p}_c * r - y - s->x;",
+            f"s->x += {p}_Ts / ({p}_Tf + {p}_Ts) * off;",
+            f"return {P} + {p}_Kp * {p}_Td / ({p}_Tf + {p}_Ts) * off;",
+        ),
+    ]
+
+
+def _integrated(p: str, limited: bool) -> list[str]:
+    """`I <- I + Ki Ts (r - y)` and `u = rest + I`, within its limits."""
+    if not limited:
+        return [f"s->I += {p}_Ki * {p}_Ts * (r - y);", "s->u = rest + s->I;"]
+    return [
+        f"const double more = {p}_Ki * {p}_Ts * (r - y);",
+        "double u = rest + (s->I + more);",
+        f"if ((u > {p}_u_max && more > 0.0) || (u < {p}_u_min && more < 0.0))",
+        "    u = rest + s->I; /* driven further out: the integral waits */",
+        "else",
+        "    s->I += more;",
+        f"s->u = u > {p}_u_max ? {p}_u_max : u < {p}_u_min ? {p}_u_min : u;",
     ]
 
 
 def _plant(plant: Plant, p: str) -> list[str]:
     """`x` behind `B`, `F` and `A`, then `y = x + offset`."""
     B, A, F = plant.model.B.tolist(), plant.model.A.tolist()[1:], plant.model.F.tolist()[1:]
-    sizes = {"w": len(F), "x": len(A)}
-    first = plant.terms[0][1]
-    state = {f"double u[{plant.kept}];": "a ring of inputs, the newest at k", "int k;": ""}
-    state |= {f"double {x}[{n}];": "past, the newest first" for x, n in sizes.items() if n}
+    past = {name: n for name, n in (("w", len(F)), ("x", len(A))) if n}
+    kept, first = plant.kept, plant.terms[0][1]
+    state = {f"double u[{kept}];": "a ring of inputs, the newest at k", "int k;": ""}
+    state |= {f"double {name}[{n}];": "past, the newest first" for name, n in past.items()}
     arrays = {"B": B, "F": F, "A": A}
+    init, step = f"void {p}_init({p}_state *s)", f"double {p}_step({p}_state *s, double u)"
+    functions = {
+        init: "at rest",
+        step: f"returns y of {'the next' if plant.ahead else 'this'} sample",
+    }
     return [
-        *_declared(
-            p,
-            plant.about,
-            state,
-            {
-                f"void {p}_init({p}_state *s)": "at rest",
-                f"double {p}_step({p}_state *s, double u)": "returns y of the next sample"
-                if plant.ahead
-                else "returns y of this sample",
-            },
-        ),
+        *_declared(p, plant.about, state, functions),
         *(_array(f"{p}_{name}", values) for name, values in arrays.items() if values),
         "",
-        f"void {p}_init({p}_state *s)",
-        "{",
-        f"    for (int i = 0; i < {plant.kept}; i++)",
-        "        s->u[i] = 0.0;",
-        *(
-            line
-            for x, n in sizes.items()
-            if n
-            for line in (f"    for (int i = 0; i < {n}; i++)", f"        s->{x}[i] = 0.0;")
+        *_function(
+            init,
+            *(line for name, n in {"u": kept, **past}.items() for line in _zero(name, n)),
+            "s->k = 0;",
         ),
-        "    s->k = 0;",
-        "}",
         "",
-        f"double {p}_step({p}_state *s, double u)",
-        "{",
-        "    double w = 0.0;",
-        f"    s->k = (s->k + 1) % {plant.kept};",
-        "    s->u[s->k] = u;",
-        f"    for (int j = 0; j < {len(B)}; j++)",
-        f"        w += {p}_B[j] * s->u[(s->k + {plant.kept - first} - j) % {plant.kept}];",
-        *(_divided("w", "w", f"{p}_F", len(F)) if F else []),
-        *(_divided("w", "x", f"{p}_A", len(A)) if A else []),
-        f"    return w + {_double(plant.offset)};" if plant.offset else "    return w;",
-        "}",
+        *_function(
+            step,
+            "double w = 0.0;",
+            f"s->k = (s->k + 1) % {kept};",
+            "s->u[s->k] = u;",
+            f"for (int j = 0; j < {len(B)}; j++)",
+            f"    w += {p}_B[j] * s->u[(s->k + {kept - first} - j) % {kept}];",
+            *(_divided("w", "w", f"{p}_F", len(F)) if F else []),
+            *(_divided("w", "x", f"{p}_A", len(A)) if A else []),
+            f"return w + {_double(plant.offset)};" if plant.offset else "return w;",
+        ),
     ]
+
+
+def _zero(array: str, n: int) -> list[str]:
+    return [f"for (int i = 0; i < {n}; i++)", f"    s->{array}[i] = 0.0;"]
 
 
 def _divided(now: str, past: str, coefficients: str, n: int) -> list[str]:
     """`now <- now - sum c_i past(i)`, then the past moves on."""
+    moved = [f"for (int i = {n - 1}; i > 0; i--)", f"    s->{past}[i] = s->{past}[i - 1];"]
     return [
-        f"    for (int i = 0; i < {n}; i++)",
-        f"        {now} -= {coefficients}[i] * s->{past}[i];",
-        *(
-            [f"    for (int i = {n - 1}; i > 0; i--)", f"        s->{past}[i] = s->{past}[i - 1];"]
-            if n > 1
-            else []
-        ),
-        f"    s->{past}[0] = {now};",
+        f"for (int i = 0; i < {n}; i++)",
+        f"    {now} -= {coefficients}[i] * s->{past}[i];",
+        *(moved if n > 1 else []),
+        f"s->{past}[0] = {now};",
     ]
 
 
@@ -258,69 +243,88 @@ def _estimator(rls: RLS, p: str) -> list[str]:
         f"double D[{n}];": "P = U D U'",
         f"double f[{n}], b[{n}];": "U' phi, P phi",
     }
+    init = f"void {p}_init({p}_state *s)"
+    update = f"double {p}_update({p}_state *s, const double *phi, double y)"
+    functions = {init: "", update: f"phi[{n}]; returns y - phi' theta before the update"}
     return [
-        *_declared(
-            p,
-            estimator_about(rls),
-            state,
-            {
-                f"void {p}_init({p}_state *s)": "",
-                f"double {p}_update({p}_state *s, const double *phi, double y)": (
-                    f"phi[{n}]; returns y - phi' theta before the update"
-                ),
-            },
-        ),
+        *_declared(p, estimator_about(rls), state, functions),
         f"static const double {p}_lambda = {_double(rls.lam)};",
         f"static const double {p}_D_most = {_double(rls.D_most)};",
         *(_array(f"{p}_{name}0", values) for name, values in starts.items() if values),
         "",
-        f"void {p}_init({p}_state *s)",
-        "{",
-        f"    for (int i = 0; i < {n}; i++) {{",
-        f"        s->theta[i] = {p}_theta0[i];",
-        f"        s->D[i] = {p}_D0[i];",
-        "        s->f[i] = s->b[i] = 0.0;",
-        "    }",
-        *(
-            [f"    for (int i = 0; i < {len(above)}; i++)", f"        s->U[i] = {p}_U0[i];"]
-            if above
-            else ["    s->U[0] = 0.0;"]
-        ),
-        "}",
+        *_function(init, *_started(p, n, len(above))),
         "",
-        f"double {p}_update({p}_state *s, const double *phi, double y)",
-        "{",
-        f"    double eps = y, alpha = {p}_lambda, inverse = 1.0 / {p}_lambda;",
-        f"    for (int j = 0, column = 0; j < {n}; column += j, j++) {{ /* f = U' phi */",
-        "        double f = 0.0;",
-        "        for (int i = 0; i < j; i++)",
-        "            f += s->U[column + i] * phi[i];",
-        "        s->f[j] = phi[j] + f;",
-        "        alpha += s->f[j] * s->f[j] * s->D[j];",
-        "        eps -= phi[j] * s->theta[j];",
-        "    }",
-        "    if (!(eps - eps == 0.0 && alpha - alpha == 0.0))",
-        "        return eps; /* not a sample: nothing is learnt */",
-        f"    alpha = {p}_lambda;",
-        f"    for (int j = 0, column = 0; j < {n}; column += j, j++) {{",
-        "        const double before = alpha, slope = -s->f[j] * inverse, g = s->D[j] * s->f[j];",
-        "        alpha += s->f[j] * g;",
-        "        inverse = 1.0 / alpha;",
-        f"        s->D[j] = s->D[j] * (before * inverse) / {p}_lambda;",
-        f"        if (s->D[j] > {p}_D_most)",
-        f"            s->D[j] = {p}_D_most;",
-        "        for (int i = 0; i < j; i++) {",
-        "            const double old = s->U[column + i];",
-        "            s->U[column + i] += s->b[i] * slope;",
-        "            s->b[i] += old * g;",
-        "        }",
-        "        s->b[j] = g;",
-        "    }",
-        f"    for (int i = 0; i < {n}; i++)",
-        "        s->theta[i] += s->b[i] * inverse * eps;",
-        "    return eps;",
-        "}",
+        *_function(update, *_predicted(p, n), *_learnt(p, n)),
     ]
+
+
+def _plain(rls: RLS) -> RLS:
+    """Return an estimator that forgets in the plain way; refuse any other."""
+    if rls.forgetting != "exponential" or rls.lam0 != rls.lam or rls.clip is not None:
+        raise refusal(
+            "U01",
+            "only an estimator with one forgetting factor, and without a clip, is written in C",
+            remedy="leave lam0, clip and forgetting out",
+        )
+    return rls
+
+
+def _started(p: str, n: int, above: int) -> list[str]:
+    """`theta`, `U` and `D` as they are now."""
+    U = [f"for (int i = 0; i < {above}; i++)", f"    s->U[i] = {p}_U0[i];"]
+    return [
+        f"for (int i = 0; i < {n}; i++) {{",
+        f"    s->theta[i] = {p}_theta0[i];",
+        f"    s->D[i] = {p}_D0[i];",
+        "    s->f[i] = s->b[i] = 0.0;",
+        "}",
+        *(U if above else ["s->U[0] = 0.0;"]),
+    ]
+
+
+def _predicted(p: str, n: int) -> list[str]:
+    """`f = U' phi` and `eps = y - phi' theta`; what is not finite changes nothing."""
+    return [
+        f"double eps = y, alpha = {p}_lambda, inverse = 1.0 / {p}_lambda;",
+        f"for (int j = 0, column = 0; j < {n}; column += j, j++) {{ /* f = U' phi */",
+        "    double f = 0.0;",
+        "    for (int i = 0; i < j; i++)",
+        "        f += s->U[column + i] * phi[i];",
+        "    s->f[j] = phi[j] + f;",
+        "    alpha += s->f[j] * s->f[j] * s->D[j];",
+        "    eps -= phi[j] * s->theta[j];",
+        "}",
+        "if (!(eps - eps == 0.0 && alpha - alpha == 0.0))",
+        "    return eps; /* not a sample: nothing is learnt */",
+    ]
+
+
+def _learnt(p: str, n: int) -> list[str]:
+    """`U`, `D` and `b = P phi` column by column, then `theta`."""
+    return [
+        f"alpha = {p}_lambda;",
+        f"for (int j = 0, column = 0; j < {n}; column += j, j++) {{",
+        "    const double before = alpha, slope = -s->f[j] * inverse, g = s->D[j] * s->f[j];",
+        "    alpha += s->f[j] * g;",
+        "    inverse = 1.0 / alpha;",
+        f"    s->D[j] = s->D[j] * (before * inverse) / {p}_lambda;",
+        f"    if (s->D[j] > {p}_D_most)",
+        f"        s->D[j] = {p}_D_most;",
+        "    for (int i = 0; i < j; i++) {",
+        "        const double old = s->U[column + i];",
+        "        s->U[column + i] += s->b[i] * slope;",
+        "        s->b[i] += old * g;",
+        "    }",
+        "    s->b[j] = g;",
+        "}",
+        f"for (int i = 0; i < {n}; i++)",
+        "    s->theta[i] += s->b[i] * inverse * eps;",
+        "return eps;",
+    ]
+
+
+def _function(head: str, *lines: str) -> list[str]:
+    return [head, "{", *(f"    {line}" for line in lines), "}"]
 
 
 def _declared(
