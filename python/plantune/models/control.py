@@ -25,30 +25,9 @@ def to_control(
     order: int = 3,
     w: ArrayLike | None = None,
 ) -> Any:
-    """Return a model or controller as an object of python-control.
+    """Return a model or controller as `plantune.export.to_control` does, which says how.
 
-    Parameters
-    ----------
-    model : ProcessModel, TransferFunction, PolyModel or PID
-        A PID is its transfer function from the error, `b = c = 1`.
-    delay : "pade" or "frd"
-        A transfer function, the dead time of a continuous model in Padé form; or frequency data,
-        with the exact delay.
-    order : int
-        Of the Padé form, 1 to 10: within 8 % up to `w = order / L`.
-    w : array (m,), optional
-        Frequencies of the data, rad/s; needed for "frd".
-
-    Returns
-    -------
-    control.TransferFunction or control.FrequencyResponseData
-        Of a sampled model or controller in z, its `dt` being `Ts`; a PolyModel with its whole
-        delay, exact, one column per input.
-
-    Raises
-    ------
-    UsageError
-        python-control is not installed, or an argument is out of its range (U01).
+    It is here because `model.to_control()` calls it; fits and tunings are taken there only.
 
     Examples
     --------
