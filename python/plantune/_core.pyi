@@ -734,10 +734,10 @@ def optimal(model: Model, wish: Wish) -> tuple[Fields, float]:
 
 def optimal_over(
     fits: Sequence[Drawn], wish: Wish, dear: float
-) -> tuple[Fields, float, Fields, float | None]:
-    """Fields of `PID` over the fits, its cost, those of the best model alone, and seconds.
+) -> tuple[Fields, float, float, float | None]:
+    """Fields of `PID` over the fits, its cost, the share of the integral gain kept, and seconds.
 
-    So much more record would leave the share `dear` of the integral gain of the best model.
+    The share is of the gain on the best model alone; so much more record would leave `dear` of it.
     """
 
 def robustness(
@@ -752,7 +752,7 @@ def sensitivities(model: Model, pid: PID, w: Floats, delay: str) -> list[Complex
     """`L, S, T, CS`; the delay is "exact", "pade" or "taylor", here and below."""
 
 def stability(model: Model, pid: PID, delay: str) -> tuple[bool, list[Interval]]:
-    """Whether the loop is stable, and the stable intervals of `Kp, Ki, Kd`."""
+    """Whether the loop is stable, and the stable intervals of `Kp, Ki, Ti, Kd`."""
 
 def loop_transfers(model: Model, pid: PID, delay: str) -> list[Fields]:
     """Fields of `TransferFunction` of `y_r u_r e_r y_p y_d u_d`."""

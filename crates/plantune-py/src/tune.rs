@@ -414,19 +414,19 @@ fn optimal(py: Python<'_>, model: ModelIn, wish: WishIn) -> Outcome<(PidOut, f64
     Ok((found.pid.into(), found.cost))
 }
 
-/// Settings over the fits, their cost, the settings on the best model alone, and the seconds of record that
-/// would make both alike to within `dear`.
+/// Settings over the fits, their cost, the share of the integral gain on the best model alone that they keep,
+/// and the seconds of record that would bring it to `dear`.
 #[pyfunction]
 fn optimal_over(
     py: Python<'_>,
     fits: Vec<FitIn<'_>>,
     wish: WishIn,
     dear: f64,
-) -> Outcome<(PidOut, f64, PidOut, Option<f64>)> {
+) -> Outcome<(PidOut, f64, f64, Option<f64>)> {
     let (fits, wish) = (fitted(fits)?, wish.core()?);
     let found = py.detach(|| tune::posterior(&fits, &wish, dear))?;
     let seconds = found.more.and_then(|more| tune::seconds(&fits, more));
-    Ok((found.set.pid.into(), found.set.cost, found.point.pid.into(), seconds))
+    Ok((found.set.pid.into(), found.set.cost, found.kept(), seconds))
 }
 
 /// Stable gain factors at each change of the dead time, then gain and delay of each drawn model beside the plant.
@@ -481,12 +481,13 @@ fn dead_time(delay: &str) -> Outcome<Delay> {
     }
 }
 
-/// Whether the loop is stable, and the stable intervals of `Kp, Ki, Kd`.
+/// Whether the loop is stable, and the stable intervals of `Kp, Ki, Ti, Kd`.
 #[pyfunction]
-fn stability(py: Python<'_>, model: ModelIn, pid: PidIn, delay: &str) -> Outcome<(bool, [(f64, f64); 3])> {
+fn stability(py: Python<'_>, model: ModelIn, pid: PidIn, delay: &str) -> Outcome<(bool, [(f64, f64); 4])> {
     let (pid, delay) = (pid.into(), dead_time(delay)?);
     let found = py.detach(|| tune::stability(&model.0, &pid, delay))?;
-    Ok((found.stable, found.bounds))
+    let [Kp, Ki, Kd] = found.bounds;
+    Ok((found.stable, [Kp, Ki, found.Ti, Kd]))
 }
 
 /// `y_r, u_r, e_r, y_p, y_d, u_d`.

@@ -122,17 +122,16 @@ def optimal(
         return judged(rule, model, plant, PID(**settings), cost=cost, notes=notes, limits=limits)
     for fit in fits:
         check_fit(fit, limits)
-    settings, cost, point, more = _core.optimal_over(
+    settings, cost, kept, more = _core.optimal_over(
         [(plant, *fits[0].drawn_from[1:]), *(fit.drawn_from for fit in fits[1:])], wish, limits.T04
     )
-    pid, alone = PID(**settings), PID(**point)
     return judged(
         rule + f" on {100 * share:g} % of the models",
         fits if len(fits) > 1 else fits[0],
         plant,
-        pid,
+        PID(**settings),
         cost=cost,
-        notes=(*notes, *_dear(pid.Ki / alone.Ki, more, limits)),
+        notes=(*notes, *_dear(kept, more, limits)),
         limits=limits,
     )
 

@@ -95,12 +95,5 @@ def stability(model: LinearModel, pid: PID, *, delay: str = "exact") -> Stabilit
     pade: 0.000 to 5.000
     exact: 0.000 to 3.927
     """
-    stable, (Kp, Ki, Kd) = _core.stability(model, pid, delay)
-    return Stability(stable, {"Kp": Kp, "Ki": Ki, "Ti": _times(pid.Kp, Ki), "Kd": Kd}, delay)
-
-
-def _times(Kp: float, Ki: tuple[float, float]) -> tuple[float, float]:
-    """Return the integral times that integral gains of the sign of `Kp` are."""
-    sizes = sorted(K / Kp if Kp else float("nan") for K in Ki)
-    slow, fast = max(sizes[0], 0.0), sizes[1]
-    return (1 / fast if fast > 0 else float("nan"), 1 / slow if slow > 0 else float("inf"))
+    stable, bounds = _core.stability(model, pid, delay)
+    return Stability(stable, dict(zip(("Kp", "Ki", "Ti", "Kd"), bounds, strict=True)), delay)

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! the 95 % quantile of Ms over the cloud <= Ms asked for     (so for Mt and the noise gain)
-//! price = Ki of the point design / Ki of the set design
+//! kept = Ki of the set design / Ki of the point design        what the uncertainty leaves
 //! ```
 //!
 //! More data of the same kind shrink the covariance in proportion, and sharpen the weights of the delays; the
@@ -28,6 +28,17 @@ pub struct Posterior {
     pub more: Option<f64>,
 }
 
+impl Posterior {
+    /// Share of the point design's integral gain that the uncertainty leaves.
+    pub fn kept(&self) -> f64 {
+        kept(&self.set, &self.point)
+    }
+}
+
+fn kept(set: &Optimum, point: &Optimum) -> f64 {
+    set.pid.Ki / point.pid.Ki
+}
+
 /// The optimum over the fits; `dear` is the share of the point design's `Ki` below which more data pay.
 pub fn posterior(fits: &[Fitted], wish: &Wish, dear: f64) -> Result<Posterior> {
     let point = optimise(&cloud(fits, 0)?, wish)?;
@@ -35,7 +46,7 @@ pub fn posterior(fits: &[Fitted], wish: &Wish, dear: f64) -> Result<Posterior> {
         let scaled: Vec<Fitted> = fits.iter().map(|fit| fit.with_more_data(more)).collect();
         cloud(&scaled, DRAWS).and_then(|models| optimise(&models, wish))
     };
-    let kept = |set: &Optimum| set.pid.Ki / point.pid.Ki;
+    let kept = |set: &Optimum| kept(set, &point);
     match at(1.0) {
         Ok(set) if kept(&set) >= dear => Ok(Posterior { set, point, more: None }),
         Ok(set) => {

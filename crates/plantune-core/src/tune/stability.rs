@@ -37,6 +37,8 @@ pub struct Stability {
     pub stable: bool,
     /// Stable interval of `Kp, Ki, Kd`: the one that holds the setting, else the nearest; NaN without one.
     pub bounds: [(f64, f64); 3],
+    /// Integral times of the interval of `Ki`, in s; NaN where none is of the sign of `Kp`.
+    pub Ti: (f64, f64),
 }
 
 /// Stability of `pid` on input 0 of `model`.
@@ -51,7 +53,18 @@ pub fn stability(model: &Model, pid: &Pid, delay: Delay) -> Result<Stability> {
     let L: Vec<Complex<f64>> = grid.iter().map(|&w| open.at(w)).collect();
     let stable = open.is_stable(&grid, &L);
     let bound = |setting| bounds(&model, pid, setting, &grid, stable);
-    Ok(Stability { stable, bounds: [bound(Setting::Kp)?, bound(Setting::Ki)?, bound(Setting::Kd)?] })
+    let bounds = [bound(Setting::Kp)?, bound(Setting::Ki)?, bound(Setting::Kd)?];
+    Ok(Stability { stable, bounds, Ti: integral_times(pid.Kp, bounds[1]) })
+}
+
+/// `Ti = Kp / Ki` over an interval of `Ki`, as far as it is positive.
+fn integral_times(Kp: f64, (low, high): (f64, f64)) -> (f64, f64) {
+    let ends = (low / Kp, high / Kp); // 1 / Ti
+    let (slow, fast) = if Kp > 0.0 { ends } else { (ends.1, ends.0) };
+    if !(fast > 0.0 && fast > slow) {
+        return (f64::NAN, f64::NAN);
+    }
+    (1.0 / fast, if slow > 0.0 { 1.0 / slow } else { f64::INFINITY })
 }
 
 /// The stable interval of one setting alone.
@@ -207,5 +220,25 @@ impl Boundary {
         let beyond = |sign: f64| -(sign * lead(&self.den) + lead(&self.rest)) / lead(&self.own);
         // With a dead time the highest frequencies come with any phase.
         if self.delay > 0.0 { vec![at_zero, beyond(1.0), beyond(-1.0)] } else { vec![at_zero, beyond(1.0)] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn integral_times_are_the_inverse_of_gains_of_their_sign() {
+        let close = |(a, b): (f64, f64), (c, d): (f64, f64)| {
+            (a - c).abs() < 1e-15 && (b == d || (b - d).abs() < 1e-15)
+        };
+        assert!(close(integral_times(2.0, (0.5, 4.0)), (0.5, 4.0)));
+        assert!(close(integral_times(-2.0, (-4.0, -0.5)), (0.5, 4.0)));
+        assert!(close(integral_times(2.0, (-1.0, 4.0)), (0.5, f64::INFINITY)));
+        assert!(close(integral_times(-2.0, (f64::NEG_INFINITY, 0.0)), (0.0, f64::INFINITY)));
+        for (Kp, Ki) in [(2.0, (-4.0, -1.0)), (2.0, (f64::NAN, f64::NAN)), (0.0, (0.0, 1.0))] {
+            let (low, high) = integral_times(Kp, Ki);
+            assert!(low.is_nan() && high.is_nan(), "{Kp} {Ki:?}: {low} {high}");
+        }
     }
 }
