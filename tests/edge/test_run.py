@@ -95,6 +95,18 @@ def test_what_is_not_read_and_gaps_come_back_from_a_log():
     assert log.accepted.any()
 
 
+def test_an_integral_controller_is_tuned_to_a_pi():
+    first = pt.models.PID.integral(-0.3385)
+    settings = pt.adapt.Settings(Ts=0.02, nk=(3, 11), controller=first)
+    r = pt.datasets.engine_loop(t_end=12.0, seed=2).r[:, 0]
+    link = pt.edge.SimulatedPlant(r, first, **ENGINE)
+    live = pt.adapt.collect(pt.edge.run(link, pt.adapt.AutoTuner(settings)), settings)
+    assert (live.Kp[0], live.Ki[0]) == (0.0, -0.3385)
+    assert (live.Kp[-1], live.Ki[-1]) == pytest.approx((-0.1315, -0.8816), rel=0.01)
+    again = pt.adapt.replay(live.to_record(), settings)
+    np.testing.assert_array_equal(again.Ki, live.Ki)
+
+
 def test_a_live_log_holds_what_the_tuner_simulates():
     pid = pt.models.PID(Kp=-0.1, Ti=0.15, Ts=0.02)
     model = pt.models.ProcessModel(K=-5.939, T=0.1491, L=0.1)

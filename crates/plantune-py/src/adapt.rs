@@ -200,15 +200,22 @@ impl SettingsIn {
 /// `K, T, L`.
 type Plant = (f64, f64, f64);
 
-/// `Kp, Ti, Td, Tf`.
-type Gains = (f64, f64, f64, f64);
+/// `Kp, Ti, Td, Tf`, and `Ki` where there is no `Kp`.
+type Gains = (f64, f64, f64, f64, Option<f64>);
 
 fn plant(model: Fopdt) -> Plant {
     (model.K, model.T, model.L)
 }
 
 fn gains(pid: Pid) -> Gains {
-    (pid.Kp, pid.Ti(), pid.Td, pid.Tf)
+    let pure = pid.Kp == 0.0 && pid.Ki != 0.0;
+    let Ti = if pure { f64::INFINITY } else { pid.Ti() };
+    (pid.Kp, Ti, pid.Td, pid.Tf, pure.then_some(pid.Ki))
+}
+
+/// `Kp, Ki`, to the last bit as `plantune.models.PID` has them.
+fn two((Kp, Ti, _, _, pure): Gains) -> [f64; 2] {
+    [Kp, pure.unwrap_or(Pid::pi(Kp, Ti).Ki)]
 }
 
 /// What `plantune.adapt.Decision` is made of.
@@ -393,7 +400,6 @@ impl Log {
             ..
         } = tuner.out(decision);
         let three = |plant: Option<Plant>| plant.map_or([f64::NAN; 3], |(K, T, L)| [K, T, L]);
-        let four = |(Kp, Ti, Td, Tf): Gains| [Kp, Ti, Td, Tf];
         self.u.push(u);
         self.y.push(y);
         self.model.extend(three(model));
@@ -401,8 +407,8 @@ impl Log {
         self.offset.push(offset);
         self.delays.extend(delays);
         self.merged.extend(three(merged));
-        self.target.extend(target.map_or([f64::NAN; 4], four));
-        self.controller.extend(four(controller));
+        self.target.extend(target.map_or([f64::NAN; 2], two));
+        self.controller.extend(two(controller));
         self.node.push(node);
         self.time_to_target.push(time_to_target);
         self.flags.extend([accepted, fitted, retuned, new_point, alarm, changed]);
@@ -418,8 +424,8 @@ impl Log {
             offset: array(py, self.offset),
             delays: matrix(py, self.delays, candidates)?,
             merged: matrix(py, self.merged, 3)?,
-            target: matrix(py, self.target, 4)?,
-            controller: matrix(py, self.controller, 4)?,
+            target: matrix(py, self.target, 2)?,
+            controller: matrix(py, self.controller, 2)?,
             node: self.node,
             time_to_target: array(py, self.time_to_target),
             flags: matrix(py, self.flags, 6)?,

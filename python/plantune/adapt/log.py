@@ -159,7 +159,7 @@ class AdaptLog:
 def log_of(d: Mapping[str, Any], r: Floats, rec: Record, settings: Settings) -> AdaptLog:
     """Make a log of what the core sends of a record."""
     t = rec.time
-    model, controller, target = d["model"], d["controller"], d["target"]
+    model, controller = d["model"], d["controller"]
     names = ("accepted", "fitted", "retuned", "new_point", "alarm", "changed")
     flags = {name: d["flags"][:, i] for i, name in enumerate(names)}
     return AdaptLog(
@@ -176,8 +176,8 @@ def log_of(d: Mapping[str, Any], r: Floats, rec: Record, settings: Settings) -> 
         nk=np.arange(settings.nk[0], settings.nk[1] + 1),
         merged=d["merged"],
         Kp=controller[:, 0],
-        Ki=controller[:, 0] / controller[:, 1],
-        target=np.stack([target[:, 0], target[:, 0] / target[:, 1]], axis=1),
+        Ki=controller[:, 1],
+        target=d["target"],
         operating_point=[None if node is None else tuple(node) for node in d["node"]],
         time_to_target=d["time_to_target"],
         reasons=[(row, notes_from_core(notes)) for row, notes in d["reasons"]],

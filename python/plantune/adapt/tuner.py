@@ -133,10 +133,12 @@ def plant(found: tuple[float, float, float] | None) -> ProcessModel | None:
     return None if found is None else ProcessModel(*found)
 
 
-def pid(found: tuple[float, float, float, float] | None, settings: Settings) -> PID | None:
-    """Return Kp, Ti, Td, Tf in the form of the first controller."""
+def pid(
+    found: tuple[float, float, float, float, float | None] | None, settings: Settings
+) -> PID | None:
+    """Return Kp, Ti, Td, Tf and a pure Ki in the form of the first controller."""
     if found is None:
         return None
-    Kp, Ti, Td, Tf = found
+    Kp, Ti, Td, Tf, pure_Ki = found
     Ts = settings.controller.Ts or settings.Ts
-    return replace(settings.controller, Kp=Kp, Ti=Ti, Td=Td, Tf=Tf, Ts=Ts)
+    return replace(settings.controller, Kp=Kp, Ti=Ti, Td=Td, Tf=Tf, Ts=Ts, pure_Ki=pure_Ki)
