@@ -135,6 +135,14 @@ def test_what_cannot_be_watched_is_refused(arguments):
     assert (done.exit_code, strict_json(done.stdout)["error"]["code"]) == (2, "U01")
 
 
+@pytest.mark.parametrize("option", ["--out", "--figure"])
+def test_what_cannot_be_written_is_refused_by_its_name(table, tmp_path, option):
+    done = plantune("watch", *columns(table), *LOOP, "--json", option, tmp_path / "no" / "where")
+    error = strict_json(done.stdout)["error"]
+    assert (done.exit_code, error["code"]) == (5, "R08")
+    assert error["remedy"] == f"choose another {option}"
+
+
 def test_a_pace_waits_for_the_plant(monkeypatch):
     class Clock:
         now = 100.0

@@ -13,10 +13,10 @@ import typer
 
 from plantune.cli.main import app
 from plantune.cli.options import Json
-from plantune.cli.output import fail, print_json
-from plantune.errors import PlantuneError, refusal
+from plantune.cli.output import print_json, refusing, write_file
+from plantune.errors import refusal
 from plantune.export import c_source, structured_text, to_control
-from plantune.io import load_json, model_of, write_text
+from plantune.io import load_json, model_of
 from plantune.tune import tuning_of
 
 _NUMBERS = Annotated[
@@ -61,13 +61,10 @@ def export(
         Target.c: lambda what: c_source(what, **code, **units, prefix=name),
         Target.control_json: lambda what: _control_json(what, order, **code),
     }
-    try:
+    with refusing(as_json):
         text = writers[to](_loaded(file))
         if out is not None:
-            _write(out, text)
-    except PlantuneError as error:
-        fail(error, as_json)
-        raise typer.Exit(error.exit_code) from None
+            write_file(out, text)
     if as_json:
         print_json({"to": to.value, "out": out and str(out), "text": text})
     elif out is None:
@@ -92,12 +89,3 @@ def _control_json(what: Any, order: int, **code: Any) -> str:
     system = to_control(what, order=order)
     num, den = ([[p.tolist() for p in row] for row in side] for side in (system.num, system.den))
     return json.dumps({"num": num, "den": den, "dt": system.dt}) + "\n"
-
-
-def _write(out: Path, text: str) -> None:
-    try:
-        write_text(out, text)
-    except OSError as error:
-        raise refusal(
-            "R08", f"cannot write to {out}: {error.strerror}", remedy="choose another --out"
-        ) from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -10,10 +9,9 @@ from rich.text import Text
 
 from plantune.cli.main import app
 from plantune.cli.options import Json, LimitOption, limits_of
-from plantune.cli.output import fail, print_json
+from plantune.cli.output import print_json, refusing
 from plantune.cli.reading import Reading, takes_record
 from plantune.cli.summary import shown_note
-from plantune.errors import PlantuneError
 from plantune.inspection import ColumnSeen, FileSeen, Inspection, Stamps
 from plantune.inspection import inspect as look
 from plantune.io import to_json
@@ -26,11 +24,8 @@ _MOST_COLUMNS = 50
 @takes_record
 def inspect(reading: Reading, limit: LimitOption = None, as_json: Json = False) -> None:
     """List the columns of a file and all that is wrong with it; nothing readable is refused."""
-    try:
+    with refusing(as_json):
         seen = look(reading.path, **reading.options(), limits=limits_of(limit))
-    except PlantuneError as error:
-        fail(error, as_json)
-        raise typer.Exit(error.exit_code) from None
     if as_json:
         print_json(to_json(seen, longest=100))
     else:

@@ -11,7 +11,7 @@ import typer
 from plantune import job
 from plantune.cli.model_tuning import print_comparison, show_comparison, tune_model
 from plantune.cli.options import Json, LimitOption, limits_of
-from plantune.cli.output import as_fields, fail, print_json, write_run
+from plantune.cli.output import as_fields, fail, print_json, refusing, write_run
 from plantune.cli.parser import Group
 from plantune.cli.reading import Reading, takes_record
 from plantune.cli.summary import show
@@ -85,13 +85,10 @@ def _tune_model(
     reading: Reading, gain_margin: float, Ms: float, out: Path, limit: LimitOption, as_json: bool
 ) -> None:
     """Compare the rules on a model that is known."""
-    try:
+    with refusing(as_json):
         if len(reading.data) > 1:
             raise refusal("U01", "several files, of which one is a model", remedy="give one model")
         found = tune_model(reading.data[0], gain_margin, Ms, out, limits_of(limit))
-    except PlantuneError as error:
-        fail(error, as_json)
-        raise typer.Exit(error.exit_code) from None
     (print_comparison if as_json else show_comparison)(*found)
 
 
@@ -122,7 +119,7 @@ def demo(
 
 def _attempt(work: Callable[[], job.Run], out: Path, as_json: bool) -> tuple[job.Run, Path]:
     """Write the run, or print the refusal and exit with its code; a partial run is written too."""
-    try:
+    with refusing(as_json):
         try:
             run = work()
             return run, write_run(out, run)
@@ -132,9 +129,6 @@ def _attempt(work: Callable[[], job.Run], out: Path, as_json: bool) -> tuple[job
             write_run(out, error.result)
             _show_partial(error, error.result, out, as_json)
             raise typer.Exit(error.exit_code) from None
-    except PlantuneError as error:
-        fail(error, as_json)
-        raise typer.Exit(error.exit_code) from None
 
 
 def _show_partial(error: PlantuneError, run: job.Run, folder: Path, as_json: bool) -> None:

@@ -1,23 +1,27 @@
-"""Files of a run, all or none, and refusals."""
+"""Files of a run, all or none, tables, and refusals."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from errno import EISDIR
 from pathlib import Path
 from typing import Any
 
+import typer
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.text import Text
 
 from plantune import report
 from plantune.errors import PlantuneError, refusal
-from plantune.io import save_model, to_json, write_json
+from plantune.io import save_model, to_json, write_json, write_text
 from plantune.job import Run
 
 # Rows of an array up to which it is printed.
@@ -62,10 +66,53 @@ def whole_folder(folder: Path) -> Iterator[Path]:
         shutil.rmtree(staging, ignore_errors=True)
 
 
-def _unwritable(folder: Path, error: OSError) -> PlantuneError:
+def write_file(out: Path, text: str, option: str = "--out") -> None:
+    """Write a text; refuse where it cannot be written (R08)."""
+    try:
+        write_text(out, text)
+    except OSError as error:
+        raise _unwritable(out, error, option) from None
+
+
+def _unwritable(out: Path, error: OSError, option: str = "--out") -> PlantuneError:
     return refusal(
-        "R08", f"cannot write to {folder}: {error.strerror}", remedy="choose another --out"
+        "R08", f"cannot write to {out}: {error.strerror}", remedy=f"choose another {option}"
     )
+
+
+def csv_of(columns: Mapping[str, NDArray[Any]]) -> str:
+    """Return columns as a table that `plantune.read` takes.
+
+    What is not known, NaN, is an empty cell; what is true or not is 1 or 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> print(csv_of({"t": np.array([0.0, 0.1]), "K": np.array([np.nan, 2.0])}), end="")
+    t,K
+    0.0,
+    0.1,2.0
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*map(_cells, columns.values()), strict=True))
+    return text.getvalue()
+
+
+def _cells(x: NDArray[Any]) -> list[Any]:
+    values: list[Any] = (x.astype(int) if x.dtype == bool else x).tolist()
+    return [None if value != value else value for value in values]
+
+
+@contextmanager
+def refusing(as_json: bool) -> Iterator[None]:
+    """Print a refusal of what is within, and exit with its code."""
+    try:
+        yield
+    except PlantuneError as error:
+        fail(error, as_json)
+        raise typer.Exit(error.exit_code) from None
 
 
 def fail(error: PlantuneError, as_json: bool, studied: dict[str, Any] | None = None) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from math import inf
 from pathlib import Path
@@ -16,9 +14,9 @@ from rich.console import Console
 from plantune import simulate as sim
 from plantune.cli.main import app
 from plantune.cli.options import Json
-from plantune.cli.output import fail, print_json
-from plantune.errors import PlantuneError, refusal
-from plantune.io import load_json, load_model, model_of, to_json, write_text
+from plantune.cli.output import csv_of, print_json, refusing, write_file
+from plantune.errors import refusal
+from plantune.io import load_json, load_model, model_of, to_json
 from plantune.models import PID
 from plantune.models.base import LinearModel
 from plantune.record import Floats
@@ -50,19 +48,12 @@ def simulate(
     as_json: Json = False,
 ) -> None:
     """Answer a unit step: of the loop with a controller, or of the model alone."""
-    try:
+    with refusing(as_json):
         plant, own = _plant(model)
         pid = own if controller is None and Kp is None else _pid(controller, Kp, Ti, Td, Tf, Ts)
         signals, indices = _run(plant, pid, load, t_end)
         if out is not None:
-            write_text(out, _csv(signals))
-    except PlantuneError as error:
-        fail(error, as_json)
-        raise typer.Exit(error.exit_code) from None
-    except OSError as error:
-        wrong = refusal("R08", f"cannot write to {out}: {error.strerror}", remedy="another --out")
-        fail(wrong, as_json)
-        raise typer.Exit(wrong.exit_code) from None
+            write_file(out, csv_of(signals))
     if as_json:
         print_json(to_json({**signals, "indices": indices}))
         return
@@ -118,11 +109,3 @@ def _open_loop(plant: LinearModel, t_end: float | None) -> Mapping[str, Floats]:
         raise refusal("U01", f"`t_end` is {end}, must be positive and finite", remedy="--t-end 10")
     t = np.linspace(0.0, end, _POINTS)
     return {"t": t, "y": plant.step(t)}
-
-
-def _csv(signals: Mapping[str, Floats]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(signals)
-    writer.writerows(zip(*(x.tolist() for x in signals.values()), strict=True))
-    return text.getvalue()

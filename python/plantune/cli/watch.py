@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from math import inf, isnan, nan
+from math import inf, nan
 from pathlib import Path
 from typing import Annotated
 
@@ -17,13 +17,13 @@ from plantune.adapt import AdaptLog, AutoTuner, Decision, Sample, Settings, coll
 from plantune.adapt.log import ESTIMATES, EVENTS, GAINS
 from plantune.cli.main import app
 from plantune.cli.options import Json, LimitOption, limits_of
-from plantune.cli.output import fail, print_json
+from plantune.cli.output import csv_of, print_json, refusing, write_file
 from plantune.cli.reading import Reading, takes_record
 from plantune.cli.watch_view import View, event, events_of, summary
 from plantune.datasets import ENGINE_LOOP, engine_loop
 from plantune.edge import Link, RecordedPlant, SimulatedPlant, run
-from plantune.errors import PlantuneError, refusal
-from plantune.io import to_json, write_text
+from plantune.errors import refusal
+from plantune.io import to_json
 from plantune.models import PID
 from plantune.record import Record
 
@@ -62,21 +62,14 @@ def watch(
     A record stays as it was: what would have been written is shown.  The demo changes its plant
     after half of the time.
     """
-    try:
+    with refusing(as_json):
         link, settings, title, rec = _set_up(reading, Kp, Ti, nk, gain_margin, limit)
         steps = _shown(link, settings, title, pace, as_json, decisions)
         log = collect(steps, settings, "" if rec is None else rec.source)
         if out is not None:
-            write_text(out, _csv(log))
+            write_file(out, _csv(log))
         if figure is not None:
-            _draw(figure, log, rec)
-    except PlantuneError as error:
-        fail(error, as_json)
-        raise typer.Exit(error.exit_code) from None
-    except OSError as error:
-        wrong = refusal("R08", f"cannot write: {error}", remedy="another --out or --figure")
-        fail(wrong, as_json)
-        raise typer.Exit(wrong.exit_code) from None
+            write_file(figure, _drawn(log, rec), "--figure")
     if as_json:
         if not decisions:
             print_json(to_json(summary(log)))
@@ -171,22 +164,15 @@ def _paced(steps: Steps, pace: float) -> Steps:
 
 
 def _csv(log: AdaptLog) -> str:
-    """Write the log as a table that `plantune.read` takes; what is not known is an empty cell."""
+    """Return the signals, and what was decided, as a table."""
     names = ["t", "u", "y", "r", *ESTIMATES, *GAINS, *EVENTS]
     if np.isnan(log.r).all():
         names.remove("r")
-    columns = [[_cell(x) for x in getattr(log, name).tolist()] for name in names]
-    rows = zip(*columns, strict=True)
-    return "\n".join([",".join(names), *(",".join(row) for row in rows)]) + "\n"
+    return csv_of({name: getattr(log, name) for name in names})
 
 
-def _cell(x: float | bool) -> str:
-    if isinstance(x, bool):
-        return str(int(x))
-    return "" if isnan(x) else repr(x)
-
-
-def _draw(path: Path, log: AdaptLog, rec: Record | None) -> None:
+def _drawn(log: AdaptLog, rec: Record | None) -> str:
     from plantune import plot  # only here: it takes longer to load than all else
 
-    write_text(path, plot.adapt(log, of=rec).to_html(include_plotlyjs=True))
+    html: str = plot.adapt(log, of=rec).to_html(include_plotlyjs=True)
+    return html
