@@ -9,12 +9,14 @@ use plantune_core::adapt::{
 use plantune_core::model::{Fopdt, Pid};
 use plantune_core::recursive::BankSettings;
 use plantune_core::sim::Table;
-use plantune_core::tune::{Answer, ImcTarget};
+use plantune_core::tune::ImcTarget;
 use pyo3::prelude::*;
 
+use crate::bank::is_rml;
 use crate::error::Outcome;
-use crate::model::PidIn;
+use crate::model::{Gains, PidIn, gains_of};
 use crate::note::NoteOut;
+use crate::tune::answer;
 use crate::values::{Array, Matrix, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -40,11 +42,6 @@ struct BankIn {
 
 impl BankIn {
     fn scheme(self, Ts: f64, nk: (usize, usize)) -> plantune_core::Result<BankScheme> {
-        let rml = match self.method.as_str() {
-            "rml" => true,
-            "els" => false,
-            other => return Err(Error::argument("method", format!("{other:?}"), "\"rml\" or \"els\"")),
-        };
         let delay = match self.delay.as_str() {
             "posterior" => DelayRule::Posterior(PosteriorSettings::default()),
             "counters" => DelayRule::Counters { W: self.window, hysteresis: self.hysteresis },
@@ -57,7 +54,7 @@ impl BankIn {
             lambda: self.lam,
             lambda0: self.lam0,
             rho: self.rho,
-            rml,
+            rml: is_rml(&self.method)?,
             ..BankSettings::default()
         };
         let (order, steady) = (self.order, self.steady);
@@ -140,15 +137,7 @@ impl SettingsIn {
             "phase_margin" => ImcTarget::PhaseMargin(value),
             _ => ImcTarget::TauC(value),
         };
-        let answer = match self.answer.as_str() {
-            "load" => Answer::Load,
-            "set_point" => Answer::SetPoint,
-            "both" => Answer::Both,
-            other => {
-                let needed = "\"load\", \"set_point\" or \"both\"";
-                return Err(Error::argument("answer", format!("{other:?}"), needed));
-            }
-        };
+        let answer = answer(&self.answer)?;
         let rule = match self.rule.as_str() {
             "imc" => Rule::Imc(imc),
             "posterior" => Rule::Posterior { Ms: self.Ms, answer },
@@ -200,17 +189,8 @@ impl SettingsIn {
 /// `K, T, L`.
 type Plant = (f64, f64, f64);
 
-/// `Kp, Ti, Td, Tf`, and `Ki` where there is no `Kp`.
-type Gains = (f64, f64, f64, f64, Option<f64>);
-
 fn plant(model: Fopdt) -> Plant {
     (model.K, model.T, model.L)
-}
-
-fn gains(pid: Pid) -> Gains {
-    let pure = pid.Kp == 0.0 && pid.Ki != 0.0;
-    let Ti = if pure { f64::INFINITY } else { pid.Ti() };
-    (pid.Kp, Ti, pid.Td, pid.Tf, pure.then_some(pid.Ki))
 }
 
 /// `Kp, Ki`, to the last bit as `plantune.models.PID` has them.
@@ -344,8 +324,8 @@ impl AutoTuner {
             sd: found.as_ref().map_or([f64::NAN; 4], |f| f.sd()),
             delays: found.map_or(vec![f64::NAN; self.candidates], |f| f.delays),
             merged: d.merged.map(plant),
-            target: d.target.map(gains),
-            controller: gains(d.controller),
+            target: d.target.as_ref().map(gains_of),
+            controller: gains_of(&d.controller),
             retuned: d.retuned,
             node: d.node.map(|node| node.as_slice().to_vec()),
             new_point: d.new_point,

@@ -16,6 +16,15 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<Bank>()
 }
 
+/// Whether C filters the gradient: "rml", or "els".
+pub fn is_rml(method: &str) -> plantune_core::Result<bool> {
+    match method {
+        "rml" => Ok(true),
+        "els" => Ok(false),
+        other => Err(Error::argument("method", format!("{other:?}"), "\"rml\" or \"els\"")),
+    }
+}
+
 /// From so many estimators on, other Python threads run meanwhile.
 const LONG: usize = 1000;
 
@@ -137,11 +146,7 @@ impl Bank {
             loops.extract().map_err(|_| Error::argument("loops", loops, "a whole number, at least 1"))?;
         let pair = || Error::argument("nk", nk, "a pair of whole numbers, least and greatest, at least 1");
         let (low, high): (usize, usize) = nk.extract().map_err(|_| pair())?;
-        let rml = match method {
-            "rml" => true,
-            "els" => false,
-            _ => return Err(Error::argument("method", method, "\"rml\" or \"els\"").into()),
-        };
+        let rml = is_rml(method)?;
         let P0 = match P0 {
             Variances::One(P0) => [P0; 4],
             Variances::Four(P0) => P0,

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::{Outcome, Raise};
-use crate::model::PidIn;
+use crate::model::{PidIn, gains_of};
 use crate::note::{NoteOut, notes};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -74,10 +74,8 @@ struct PidOut {
 
 impl From<Pid> for PidOut {
     fn from(pid: Pid) -> Self {
-        let Pid { Kp, Ki, Td, Tf, b, .. } = pid;
-        let pure = Kp == 0.0 && Ki != 0.0;
-        let Ti = if pure { f64::INFINITY } else { pid.Ti() };
-        PidOut { Kp, Ti, Td, Tf, b, pure_Ki: pure.then_some(Ki) }
+        let (Kp, Ti, Td, Tf, pure_Ki) = gains_of(&pid);
+        PidOut { Kp, Ti, Td, Tf, b: pid.b, pure_Ki }
     }
 }
 

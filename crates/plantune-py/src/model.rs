@@ -156,6 +156,15 @@ impl From<PidIn> for Pid {
     }
 }
 
+/// `Kp, Ti, Td, Tf`, and `Ki` where there is no `Kp`: how `plantune.models.PID` has them.
+pub type Gains = (f64, f64, f64, f64, Option<f64>);
+
+pub fn gains_of(pid: &Pid) -> Gains {
+    let pure = pid.Kp == 0.0 && pid.Ki != 0.0;
+    let Ti = if pure { f64::INFINITY } else { pid.Ti() };
+    (pid.Kp, Ti, pid.Td, pid.Tf, pure.then_some(pid.Ki))
+}
+
 /// `Ki, Kd` of a controller.
 #[pyfunction]
 fn gains(pid: PidIn) -> (f64, f64) {

@@ -391,18 +391,23 @@ struct WishIn {
 
 impl WishIn {
     fn core(self) -> Outcome<Wish> {
-        let answer = match self.answer.as_str() {
-            "load" => Answer::Load,
-            "set_point" => Answer::SetPoint,
-            "both" => Answer::Both,
-            other => {
-                let needed = "\"load\", \"set_point\" or \"both\"";
-                return Err(Error::argument("answer", format!("\"{other}\""), needed).into());
-            }
-        };
+        let answer = answer(&self.answer)?;
         let WishIn { Ms, Mt, noise_gain, controller, filter, Ts, share, .. } = self;
         let limits = Robustness { Ms, Mt, noise_gain };
         Ok(Wish { limits, answer, terms: terms(&controller)?, filter: filter.0, Ts, share })
+    }
+}
+
+/// What is answered well, by its word.
+pub fn answer(word: &str) -> plantune_core::Result<Answer> {
+    match word {
+        "load" => Ok(Answer::Load),
+        "set_point" => Ok(Answer::SetPoint),
+        "both" => Ok(Answer::Both),
+        other => {
+            let needed = "\"load\", \"set_point\" or \"both\"";
+            Err(Error::argument("answer", format!("{other:?}"), needed))
+        }
     }
 }
 

@@ -263,16 +263,12 @@ impl Rls {
 
     /// Every number of the state; the settings are not among them.
     pub fn state(&self) -> Vec<f64> {
-        let mut all = Vec::new();
-        self.clone().numbers(&mut |x| all.push(*x));
-        all
+        numbers_of(self, Rls::numbers)
     }
 
     /// Goes on from where another with the same settings stood.
     pub fn resume(&mut self, state: &[f64]) -> Result<()> {
-        let mut other = self.clone();
-        restore(state, |visit| other.numbers(visit))?;
-        *self = other;
+        *self = resumed(self, state, Rls::numbers)?;
         Ok(())
     }
 
@@ -304,17 +300,27 @@ pub(super) fn overflow() -> Error {
         .remedy("scale the signals to a range near 1")
 }
 
-/// Fills a state, walked over by `each`, with these numbers; refuses another count of them.
-pub(super) fn restore(state: &[f64], each: impl FnOnce(&mut dyn FnMut(&mut f64))) -> Result<()> {
-    let (mut next, mut missing) = (state.iter(), false);
-    each(&mut |x| match next.next() {
+/// Visits every number of an estimator.
+type Walk<E> = fn(&mut E, &mut dyn FnMut(&mut f64));
+
+/// Every number of an estimator, in the order in which `walk` visits them.
+pub(super) fn numbers_of<E: Clone>(estimator: &E, walk: Walk<E>) -> Vec<f64> {
+    let mut all = Vec::new();
+    walk(&mut estimator.clone(), &mut |x| all.push(*x));
+    all
+}
+
+/// An estimator of the same settings with these numbers; refuses another count of them.
+pub(super) fn resumed<E: Clone>(estimator: &E, state: &[f64], walk: Walk<E>) -> Result<E> {
+    let (mut next, mut missing, mut other) = (state.iter(), false, estimator.clone());
+    walk(&mut other, &mut |x| match next.next() {
         Some(value) => *x = *value,
         None => missing = true,
     });
     if missing || next.next().is_some() {
         return Err(Error::argument("state", format!("{} numbers", state.len()), "that of this estimator"));
     }
-    Ok(())
+    Ok(other)
 }
 
 /// Refuses rows that are too few (X03), not finite (D07) or of another size (D09).

@@ -6,6 +6,7 @@ use plantune_core::recursive::{CLIP, Gate, Scheme, Settings, Structure};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::bank::is_rml;
 use crate::error::Outcome;
 
 /// A scalar is times identity.
@@ -205,13 +206,7 @@ impl Options {
             _ => (0.9, 0.995),
         };
         let scheme = Forget { forgetting, lam, lam0, rho, R1, R2 }.scheme(n, growing)?;
-        let gradient = match self.method.as_deref() {
-            None | Some("rml") => true,
-            Some("els") => false,
-            Some(other) => {
-                return Err(Error::argument("method", format!("\"{other}\""), "\"rml\" or \"els\"").into());
-            }
-        };
+        let gradient = self.method.as_deref().map_or(Ok(true), is_rml)?;
         Ok(Settings {
             gradient,
             P0: start.P0.as_ref().map(|P0| P0.matrix(n)).transpose()?,

@@ -30,7 +30,7 @@ pub use trace::Trace;
 use super::forgetting::{Forgetting, Scheme};
 use super::gate::Gate;
 use super::innovation::{FIRST, Innovation};
-use super::rls::{overflow, restore};
+use super::rls::{numbers_of, overflow, resumed};
 use super::room::{Room, VECTORS, with_room};
 use super::ud::Ud;
 use crate::error::{Error, Result};
@@ -364,16 +364,12 @@ impl Rpem {
 
     /// Every number of the state; the settings are not among them.
     pub fn state(&self) -> Vec<f64> {
-        let mut all = Vec::new();
-        self.clone().numbers(&mut |x| all.push(*x));
-        all
+        numbers_of(self, Rpem::numbers)
     }
 
     /// Goes on from where another with the same settings stood.
     pub fn resume(&mut self, state: &[f64]) -> Result<()> {
-        let mut other = self.clone();
-        restore(state, |visit| other.numbers(visit))?;
-        *self = other;
+        *self = resumed(self, state, Rpem::numbers)?;
         Ok(())
     }
 
