@@ -87,6 +87,8 @@ def adapt(log: AdaptLog, of: Record | None = None) -> go.Figure:
     for i, (name, unit) in enumerate(gains.items()):
         _gain(fig, log, i, i + 5)
         fig.update_yaxes(title_text=axis(name, unit), row=i + 5, col=1)
+    # The last settings act for another Ts; without a range, marks would widen the axis.
+    fig.update_xaxes(range=[log.t[0], log.t[-1] + log.settings.Ts])
     fig.update_xaxes(title_text=axis("time", signals.time_unit), row=6, col=1)
     return fig
 
