@@ -59,6 +59,7 @@ class SimulatedPlant:
     -----
     Source 001, 3.7.6, with (3.7-22) and (3.7-25) as the errata have them.  The noise of a row is
     the same whatever is written.
+    `plantune.edge.record` reads it to a `Record`.
 
     Examples
     --------
