@@ -156,9 +156,9 @@ class Record:
         """Time of each row in seconds; gaps count."""
         if self.t is not None:
             return self.t
-        ascending = bool((np.diff(self.rows) > 0).all())
+        ascending = bool((self.rows[1:] > self.rows[:-1]).all())
         steps = self.rows - self.rows[0] if ascending else np.arange(self.N)
-        return self.t0 + steps.astype(np.float64) * self.Ts
+        return self.t0 + steps * self.Ts
 
     @property
     def segments(self) -> tuple[slice, ...]:

@@ -9,6 +9,21 @@ pub fn vectorised<R>(f: impl FnOnce() -> R) -> R {
     Arch::new().dispatch(f)
 }
 
+/// Asks for what will be read soon. Memory is often too far away for the processor to look ahead by itself: where it
+/// is read downwards, or from page to page.
+#[inline(always)]
+#[allow(unsafe_code)] // a hint, of an address that is borrowed: nothing is read
+pub fn fetch<T>(x: &T) {
+    #[cfg(target_arch = "x86_64")]
+    for offset in (0..size_of::<T>()).step_by(64) {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let line = std::ptr::from_ref(x).cast::<i8>().wrapping_add(offset);
+        unsafe { _mm_prefetch(line, _MM_HINT_T0) }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = x;
+}
+
 /// `x . y`.
 pub fn dot(x: &[f64], y: &[f64]) -> f64 {
     struct Dot<'a>(&'a [f64], &'a [f64]);

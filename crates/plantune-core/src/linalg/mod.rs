@@ -19,7 +19,7 @@ pub use draws::normal_draws;
 pub use draws::white;
 pub use eigen::{eigenvalues, exponential, symmetric_eigenvalues};
 pub use gram::Gram;
-pub use kernel::{dot, extent, scale_into, sum, vectorised};
+pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};
 pub use qr::{BLOCK, Block, Triangle};
 pub use recursion::Recursion;

@@ -237,7 +237,7 @@ mod tests {
             let mut all = [1.0; VECTORS];
             let room = &mut Room::of(1, &mut all);
             let q = P.weigh(1, room);
-            let judged = Judged { eps: 0.0, surprise: 1.0, alarm: false };
+            let judged = Judged::of(0.0);
             forgetting.learn(1, &mut P, room, q, judged);
             let (S1, S2) = (weights.iter().sum::<f64>(), weights.iter().map(|w| w * w).sum::<f64>());
             assert!((forgetting.spread() - S2 / S1).abs() < 1e-14);

@@ -165,6 +165,7 @@ impl Rls {
         for (theta, b) in self.theta[..n].iter_mut().zip(&*room.b) {
             *theta += b * scale;
         }
+        self.innovation.sum(judged);
         self.rss = lambda * (self.rss + eps * eps / (lambda + q));
         self.kept = if self.kept > FADED { self.kept * lambda } else { 0.0 };
         Ok(eps)

@@ -118,14 +118,14 @@ impl Ud {
     /// `q = psi' P psi` of the `psi` in the room, and what [`Ud::update`] needs of it.
     ///
     /// `n` is the size, again: where the caller knows it all loops unroll, the inner ones as well, for which they
-    /// must not end at `j`.
+    /// must not end at `j`. Sums begin with -0.0, to which the first term is added without a step.
     #[inline(always)]
     pub fn weigh(&self, n: usize, room: &mut Room<'_>) -> f64 {
         let (U, D, psi) = (&self.U[..n * (n - 1) / 2], &self.D[..n], &room.psi[..n]);
         let (f, q) = (&mut room.f[..n], &mut room.q[..n]);
-        let (mut sum, mut column) = (0.0, 0);
+        let (mut sum, mut column) = (-0.0, 0);
         for j in 0..n {
-            let mut x = 0.0;
+            let mut x = -0.0;
             for i in 0..n {
                 if i < j {
                     x += U[column + i] * psi[i];

@@ -1,14 +1,15 @@
 //! All loops of a bank, sample by sample.
 //!
 //! A single sample goes once through the memory of all estimators, to and fro by turns, so that what the
-//! cache still holds from the sample before is used first. Of a record, a few groups of loops at a time go
-//! through all samples, and their estimators stay in the first cache meanwhile.
+//! cache still holds from the sample before is used first; while a group learns, the next one is fetched. Of a
+//! record, a few groups of loops at a time go through all samples, and their estimators stay in the first cache
+//! meanwhile.
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Bank;
 use super::kernel::{self, Fixed, Judge, Now, Row, W, at};
-use crate::linalg::sum;
+use crate::linalg::{fetch, sum};
 
 /// Groups of eight columns that go through a record together.
 const TOGETHER: usize = 4;
@@ -60,7 +61,9 @@ impl WithSimd for Sweep<'_> {
                 bank.head = start;
                 for (u, y) in u.chunks_exact(loops).zip(y.chunks_exact(loops)) {
                     for i in first..last {
-                        sample(simd, bank, if backwards { last - 1 - i } else { i }, u, y);
+                        let at = |i: usize| if backwards { last - 1 - i } else { i };
+                        let next = (alone && i + 1 < last).then(|| at(i + 1));
+                        sample(simd, bank, at(i), next, u, y);
                     }
                     if bank.broken {
                         bank.restart();
@@ -72,9 +75,9 @@ impl WithSimd for Sweep<'_> {
     }
 }
 
-/// One sample of the group `g`.
+/// One sample of the group `g`; `next` is the group to fetch meanwhile.
 #[inline(always)]
-fn sample<S: Simd>(simd: S, bank: &mut Bank, g: usize, u: &[f64], y: &[f64]) {
+fn sample<S: Simd>(simd: S, bank: &mut Bank, g: usize, next: Option<usize>, u: &[f64], y: &[f64]) {
     let raw = [bank.gather(g, u), bank.gather(g, y)];
     let [mut u, mut y] = bank.centred(g, raw);
     let mut unknown = simd.splat_f64s(0.0);
@@ -86,7 +89,7 @@ fn sample<S: Simd>(simd: S, bank: &mut Bank, g: usize, u: &[f64], y: &[f64]) {
         attended(simd, bank, g, raw, [u, y]);
     } else {
         bank.store(g, &u);
-        estimate::<S, false>(simd, bank, g, y, Row::of(1.0));
+        estimate::<S, false>(simd, bank, g, next, y, Row::of(1.0));
     }
 }
 
@@ -111,14 +114,21 @@ impl WithSimd for Attended<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Attended { bank, g, y, learn } = self;
-        estimate::<S, true>(simd, bank, g, y, learn);
+        estimate::<S, true>(simd, bank, g, None, y, learn);
         bank.attended(g);
     }
 }
 
 /// Hands the sample to all estimators of the group.
 #[inline(always)]
-fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut y: Row, mut learn: Row) {
+fn estimate<S: Simd, const GATED: bool>(
+    simd: S,
+    bank: &mut Bank,
+    g: usize,
+    fetched: Option<usize>,
+    mut y: Row,
+    mut learn: Row,
+) {
     let (rows, settings) = (bank.high + 1, &bank.settings);
     let splat = |x: f64| simd.splat_f64s(x);
     let fixed = Fixed {
@@ -129,8 +139,7 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
         c_least: splat(-settings.c_most),
     };
     let inputs = &mut bank.inputs[g];
-    let lanes = &mut bank.lanes[g * bank.per..(g + 1) * bank.per];
-    let mut errors = bank.errors.get_mut(g * bank.per..(g + 1) * bank.per);
+    let first = g * bank.per;
     let ring = &mut bank.ring[g * rows..(g + 1) * rows];
     // The row that the first of them reads, and then one further back each.
     let newest = if bank.copies == 1 && bank.per > 1 { bank.head + rows - bank.low } else { bank.head };
@@ -167,13 +176,15 @@ fn estimate<S: Simd, const GATED: bool>(simd: S, bank: &mut Bank, g: usize, mut 
             judge
         });
         let mut range = splat(0.0);
-        for (k, lanes) in lanes.iter_mut().enumerate() {
+        for k in 0..bank.per {
+            if let (Some(g), 0) = (fetched, r) {
+                fetch(&bank.lanes[g * bank.per + k]);
+                bank.errors.get(g * bank.per + k).map(fetch);
+            }
+            let (lanes, errors) = (&mut bank.lanes[first + k], bank.errors.get_mut(first + k));
             let row = newest - k;
             let u = *at::<S>(&mut ring[if row >= rows { row - rows } else { row }], r);
-            let errors = match (&mut errors, &judge) {
-                (Some(errors), Some(judge)) => errors.get_mut(k).map(|errors| (errors, judge)),
-                _ => None,
-            };
+            let errors = errors.zip(judge.as_ref());
             range = simd.add_f64s(range, kernel::learn::<S, GATED>(simd, &fixed, &now, u, lanes, r, errors));
         }
         *at::<S>(&mut ranges, r) = range;

@@ -29,6 +29,7 @@ pub use trace::Trace;
 
 use super::forgetting::{Forgetting, Scheme};
 use super::gate::Gate;
+use super::greater;
 use super::innovation::{FIRST, Innovation};
 use super::rls::{numbers_of, overflow, resumed};
 use super::room::{Room, VECTORS, with_room};
@@ -235,7 +236,7 @@ impl Rpem {
         }
 
         // The sample is accepted; from here on the state changes.
-        self.travel = [self.travel[0].max(u.abs()), self.travel[1].max(now.abs())];
+        self.travel = [greater(self.travel[0], u.abs()), greater(self.travel[1], now.abs())];
         let moving = self.gate.as_mut().is_none_or(|gate| gate.look(u));
         self.learnt = moving && !filling && self.wait == 0 && y.is_some();
         let left = if self.learnt { self.learn(n, room, now, eps, q) } else { eps };
@@ -279,11 +280,13 @@ impl Rpem {
             theta[k] += b[k] * scale;
         }
         // The second is the first, without waiting for theta.
-        if self.project(before) {
+        let left = if self.project(before) {
             y - product(n, room.phi, &self.theta)
         } else {
             eps - product(n, room.phi, room.b) * scale
-        }
+        };
+        self.innovation.sum(judged);
+        left
     }
 
     /// After an alarm.
@@ -408,7 +411,7 @@ const LARGEST_ORDER: usize = 100_000;
 #[inline(always)]
 fn product(n: usize, x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = (&x[..n], &y[..n]);
-    let mut sum = 0.0;
+    let mut sum = -0.0;
     for k in 0..n {
         sum += x[k] * y[k];
     }

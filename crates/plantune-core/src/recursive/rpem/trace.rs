@@ -37,21 +37,22 @@ impl Rpem {
             return Err(Error::argument("every", every, "at least 1"));
         }
         let mut trace = Trace::default();
-        let last = rec.N() - 1;
+        let (mut next, last) = (0, rec.N() - 1);
         for segment in rec.segments() {
             self.restart();
             for k in segment {
-                let (u, before) = (rec.u[k], self.alarms());
+                let (u, before) = (rec.u[k], self.alarms);
                 let learnt = match rec.is_valid(k, 0) {
                     true => self.step(u, rec.y[k]),
                     false => self.skip(u).map(|()| None),
                 };
                 let eps = learnt.map_err(|error| error.at(rec.place(1, k)))?;
-                if self.alarms() > before {
+                if self.alarms > before {
                     trace.alarms.push(k);
                 }
-                if k % every == 0 || k == last {
+                if k == next || k == last {
                     trace.keep(self, k, eps);
+                    next = next.saturating_add(every);
                 }
             }
         }
