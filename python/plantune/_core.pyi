@@ -769,7 +769,15 @@ class AutoTuner:
     """The auto-tuner of one loop; `plantune.adapt.AutoTuner` makes its decisions values."""
 
     def __init__(self, settings: Settings) -> None: ...
-    def step(self, t: float, r: float, u: float, y: float, aux: Sequence[float]) -> Fields:
+    def step(
+        self,
+        t: float,
+        r: float,
+        u: float,
+        y: float,
+        aux: Sequence[float],
+        controller: Any = None,
+    ) -> Fields:
         """Take a sample, NaN where a signal is missing; fields of `Decision`."""
 
     def tables(self) -> tuple[list[list[float]], list[float], list[float]] | None:

@@ -1,5 +1,7 @@
 """A tuner at a link: what is decided live is what a replay decides, and it is written."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -136,3 +138,43 @@ def test_a_gain_schedule_is_written_where_the_plant_goes():
     link = pt.edge.SimulatedPlant(rest, first, K=2.0, T=0.3, Ts=0.02, aux={"speed": speed})
     at_work = [link.controller.Kp for _ in pt.edge.run(link, pt.adapt.AutoTuner(settings))]
     assert set(at_work[:500]) == {0.1} and set(at_work[500:]) == {0.05}
+
+
+def test_a_change_starts_from_the_settings_that_are_read_back():
+    """In shadow the loop stays as it is, and every proposal is the first step away from it."""
+    loop = plant(10.0)
+    shadow = pt.edge.FlaggedLink(pt.edge.Flags.shadow(), loop)
+    log = pt.adapt.collect(run(shadow), SETTINGS)
+    assert log.retuned.sum() > 2 and len(shadow.withheld) == log.retuned.sum()
+    for _, pid in shadow.withheld:
+        assert max(pid.Kp / PID.Kp, pid.Ki / PID.Ki) == pytest.approx(2.0)
+    assert log.Kp[~log.retuned] == pytest.approx(PID.Kp)
+    assert log.target[-1] == pytest.approx((-0.1315, -0.8816), rel=0.03)
+
+
+def test_settings_that_somebody_else_wrote_stay_and_are_judged():
+    loop, tuner = plant(20.0), pt.adapt.AutoTuner(SETTINGS)
+    other = pt.models.PID(Kp=-0.1, Ti=0.14)
+    for sample, decision in pt.edge.run(loop, tuner):
+        if sample.t == 0.1:
+            loop.write(other)
+        if sample.t == 0.12:
+            assert (decision.controller.Kp, decision.controller.Ti) == (-0.1, pytest.approx(0.14))
+    assert loop.controller.Kp == pytest.approx(-0.1315, rel=0.01)
+
+
+def test_what_may_not_be_written_stays_and_the_loop_is_judged_with_it():
+    loop = plant(20.0)
+    link = pt.edge.FlaggedLink(pt.edge.Flags.live(write=["Kp"]), loop)
+    with pytest.raises(pt.UsageError, match="a loop that nobody judged"):
+        run(link)
+    tuner = pt.adapt.AutoTuner(replace(SETTINGS, write=["Kp"]))
+    log = pt.adapt.collect(pt.edge.run(link, tuner), tuner.settings)
+    assert loop.controller.Ti == PID.Ti and link.withheld == []
+    assert log.Kp / log.Ki == pytest.approx(PID.Ti)
+    true = pt.models.ProcessModel(-5.939, 0.1491, 0.1)
+    assert pt.tune.margins(true, loop.controller).Ms < 1.85
+    assert abs(loop.controller.Kp) > 1.5 * abs(PID.Kp)
+    assert any(note.code == "C07" for _, notes in log.reasons for note in notes)
+    with pytest.raises(pt.UsageError, match="write"):
+        replace(SETTINGS, write=["Ki"])

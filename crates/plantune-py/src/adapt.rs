@@ -71,6 +71,7 @@ struct SettingsIn {
     controller: PidIn,
     imc: (String, f64),
     rule: String,
+    writes: [bool; 3],
     answer: String,
     Ms: f64,
     rows: usize,
@@ -168,6 +169,7 @@ impl SettingsIn {
             merge_rate: self.merge_rate,
             nominal: self.nominal.map(|FopdtIn { K, T, L }| Fopdt { K, T, L }),
             rule,
+            writes: self.writes,
             worth: self.worth,
             Ms: self.Ms,
             gate: GateLimits {
@@ -259,8 +261,17 @@ impl AutoTuner {
         Ok(AutoTuner { tuner: Tuner::new(settings.core()?)?, candidates })
     }
 
-    fn step(&mut self, t: f64, r: f64, u: f64, y: f64, aux: Vec<f64>) -> DecisionOut {
-        let decision = self.tuner.step(&Sample { t, r, u, y, aux: &aux });
+    fn step(
+        &mut self,
+        t: f64,
+        r: f64,
+        u: f64,
+        y: f64,
+        aux: Vec<f64>,
+        controller: Option<PidIn>,
+    ) -> DecisionOut {
+        let controller = controller.map(Pid::from);
+        let decision = self.tuner.step(&Sample { t, r, u, y, aux: &aux, controller });
         self.out(&decision)
     }
 
@@ -302,7 +313,8 @@ impl AutoTuner {
                 if k > 0 && starts.contains(&k) {
                     self.tuner.gap();
                 }
-                let decision = self.tuner.step(&Sample { t: t[k], r: r[k], u: u[k], y: y[k], aux });
+                let (t, r, u, y) = (t[k], r[k], u[k], y[k]);
+                let decision = self.tuner.step(&Sample { t, r, u, y, aux, controller: None });
                 log.push(k, self, &decision);
             }
         });

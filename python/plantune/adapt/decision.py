@@ -22,6 +22,8 @@ class Sample:
         Set point, input applied from `t` on, output read at `t`.
     aux : mapping of name to float
         Further signals, such as those that tell the operating point.
+    controller : PID or None
+        Settings at work, where they are read; None takes those that were decided last.
 
     Examples
     --------
@@ -34,6 +36,7 @@ class Sample:
     u: float | None = None
     y: float | None = None
     aux: Mapping[str, float] = field(default_factory=dict)
+    controller: PID | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

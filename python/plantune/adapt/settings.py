@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from sys import float_info
@@ -109,6 +109,8 @@ class Settings:
         that are possible.
     answer : "load", "set_point" or "both"
         What the posterior rule answers well.
+    write : iterable of "Kp", "Ti", "Td"
+        What may be written; what may not stays as it is, and the loop is judged with it.
     Ms : float
         Largest 95 % quantile of the sensitivity over the uncertainty of what is written.
     rows, every : int
@@ -179,6 +181,7 @@ class Settings:
     tau_c: float | None = None
     rule: Literal["imc", "posterior"] = "imc"
     answer: Literal["load", "set_point", "both"] = "load"
+    write: Collection[str] = ("Kp", "Ti", "Td")
     Ms: float = 1.8
     rows: int = 750
     every: int = 10
@@ -216,6 +219,12 @@ class Settings:
         ]
         if len(given) > 1:
             raise refusal("U01", f"{' and '.join(given)} are given", remedy="give one of them")
+        if not set(self.write) <= {"Kp", "Ti", "Td"}:
+            raise refusal(
+                "U01",
+                f"`write` is {sorted(self.write)}, must be among Kp Ti Td",
+                remedy='write=["Kp", "Ti"]',
+            )
         if self.break_points and set(self.break_points) != set(self.margins or {}):
             raise refusal(
                 "U01",
@@ -297,6 +306,11 @@ class Settings:
             if (value := getattr(self, name)) is not None:
                 return name, float(value)
         raise AssertionError  # a gain margin is the default
+
+    @property
+    def writes(self) -> list[bool]:
+        """Whether `Kp`, `Ti` and `Td` may be written."""
+        return [name in self.write for name in ("Kp", "Ti", "Td")]
 
     @property
     def signals(self) -> tuple[str, ...]:

@@ -63,7 +63,8 @@ class AutoTuner:
         Parameters
         ----------
         sample : Sample
-            `u` is the value applied from `t` on, `y` is read at `t`.
+            `u` is the value applied from `t` on, `y` is read at `t`.  A `controller` that is not
+            the one decided last is at work all the same: changes start from it, and are judged so.
 
         Returns
         -------
@@ -71,7 +72,9 @@ class AutoTuner:
         """
         aux = [float(sample.aux.get(name, nan)) for name in self.settings.signals]
         r, u, y = (nan if x is None else x for x in (sample.r, sample.u, sample.y))
-        return decision(self._core.step(sample.t, r, u, y, aux), self.settings)
+        return decision(
+            self._core.step(sample.t, r, u, y, aux, sample.controller), self.settings
+        )
 
     def __copy__(self) -> AutoTuner:
         other = object.__new__(type(self))

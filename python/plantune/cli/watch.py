@@ -93,7 +93,7 @@ def _set_up(
         )
     rec, pid = reading.record(limits), PID(Kp, Ti)
     asked = Settings(rec.Ts, delays, pid, gain_margin, limits=limits)
-    return RecordedPlant(rec, pid, shadow=True), asked, reading.title, rec
+    return RecordedPlant(rec, shadow=True), asked, reading.title, rec
 
 
 def _delays(nk: str) -> tuple[int, int]:

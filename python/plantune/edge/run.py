@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from plantune.adapt import AutoTuner, Decision, Sample
+from plantune.edge.flags import PARAMETERS
 from plantune.edge.links import Link
-from plantune.models import PID
+from plantune.edge.links.link import same_settings
+from plantune.errors import refusal
 
 
 def run(link: Link, tuner: AutoTuner) -> Iterator[tuple[Sample, Decision]]:
     """Read sample by sample until the link ends, decide, and write settings that are new.
 
     New are those that were tuned, and those that a gain schedule gives where the plant has gone.
-    The link keeps the time, and its flags say what is written.
+    The link keeps the time, and its flags say what is written.  Where the link reads its settings,
+    those are taken to be at work: in shadow every change is judged from them.
 
     Parameters
     ----------
@@ -26,6 +30,11 @@ def run(link: Link, tuner: AutoTuner) -> Iterator[tuple[Sample, Decision]]:
     ------
     pair of Sample and Decision
 
+    Raises
+    ------
+    UsageError
+        The link writes a part of what the tuner may write (U01).
+
     Examples
     --------
     >>> import plantune as pt
@@ -37,15 +46,24 @@ def run(link: Link, tuner: AutoTuner) -> Iterator[tuple[Sample, Decision]]:
     >>> decisions[-1].controller == plant.controller, plant.controller == pid
     (True, False)
     """
-    at_work = _settings(tuner.settings.controller)
+    _check(link, tuner)
+    decided = tuner.settings.controller
     while (sample := link.read()) is not None:
-        decision = tuner.step(sample)
-        wanted = _settings(decision.controller)
-        if wanted != at_work:
+        read = link.controller
+        decision = tuner.step(replace(sample, controller=read))
+        if not same_settings(decision.controller, decided if read is None else read):
             link.write(decision.controller)
-            at_work = wanted
+        decided = decision.controller
         yield sample, decision
 
 
-def _settings(pid: PID) -> tuple[float, ...]:
-    return pid.Kp, pid.Ki, pid.Td
+def _check(link: Link, tuner: AutoTuner) -> None:
+    """Refuse a link that would write a part of the settings that are judged together."""
+    wanted, able = set(tuner.settings.write), link.capabilities.write & set(PARAMETERS)
+    if able and not wanted <= able:
+        raise refusal(
+            "U01",
+            f"the link writes {' '.join(sorted(able))} only, and the tuner would write "
+            f"{' '.join(sorted(wanted))}: a loop that nobody judged",
+            remedy=f"Settings(write={sorted(able)})",
+        )

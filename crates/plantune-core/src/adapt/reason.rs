@@ -37,8 +37,6 @@ pub enum Cause {
     OutOfLimits(Parameter),
     /// A parameter moves too much within the window.
     Unsettled(Parameter),
-    /// No delay is probable enough.
-    DelayUndecided,
     /// The delay lies beyond the range that is searched.
     DelayOutside,
     /// The standard deviation of a parameter is too large.
@@ -51,8 +49,10 @@ pub enum Cause {
     NoSettings,
     /// The largest sensitivity is too large over the uncertainty.
     Sensitivity,
-    /// The last change is too recent, s.
+    /// The last change of the settings is too recent, s.
     Dwell,
+    /// The last change of the plant is too recent, s.
+    Fresh,
     /// The plant is at no operating point.
     NoOperatingPoint,
     /// A controller parameter would change by more than the largest factor: it goes a part of the way.
@@ -78,8 +78,7 @@ impl Cause {
             Cause::WindowNotFull => "A01",
             Cause::OutOfLimits(_) | Cause::DelayOutside => "A02",
             Cause::Unsettled(_) => "A03",
-            Cause::DelayUndecided => "A04",
-            Cause::Dwell => "A05",
+            Cause::Dwell | Cause::Fresh => "A05",
             Cause::NoOperatingPoint => "A06",
             Cause::Uncertain(_) => "A07",
             Cause::Judging => "A08",
@@ -136,20 +135,18 @@ impl Reason {
 
     fn remedy(&self) -> &'static str {
         match self.cause {
-            Cause::WindowNotFull | Cause::Dwell | Cause::LargeChange(_) => "wait; nothing is wrong",
+            Cause::WindowNotFull | Cause::Dwell | Cause::Fresh | Cause::LargeChange(_) => "wait; nothing is wrong",
             Cause::OutOfLimits(Parameter::K) => "check its limits, and the action of the loop",
             Cause::OutOfLimits(_) => "check the limits, or the plant",
             Cause::NotRead => "look after the link, or simulate what cannot be read",
             Cause::DelayOutside => "search more delays: nk",
             Cause::Judging => "wait; a few time constants decide it",
             Cause::NoSettings => "check the wished margins, or take another rule",
-            Cause::Unsettled(_) | Cause::Uncertain(_) | Cause::DelayUndecided => {
-                "move the set point or the input more, or longer"
-            }
+            Cause::Unsettled(_) | Cause::Uncertain(_) => "move the set point or the input more, or longer",
             Cause::NoOperatingPoint => "wait until the plant is at one, or widen the margins",
             Cause::Sign(_) => "check the action of the loop",
             Cause::GainMargin | Cause::PhaseMargin | Cause::Sensitivity => {
-                "record longer, or ask for a slower loop"
+                "ask for a slower loop or more margin, or sample faster"
             }
             Cause::Saturated => "keep u off its limits while tuning",
             Cause::NotExcited => "move the set point, or add a dither",
@@ -168,7 +165,6 @@ impl fmt::Display for Reason {
             }
             Cause::OutOfLimits(p) => write!(f, "{p} is {x}, beyond its limit {limit}"),
             Cause::Unsettled(p) => write!(f, "{p} moves by {x} within the window, limit {limit}"),
-            Cause::DelayUndecided => write!(f, "the likeliest delay has a probability of {x}, needs {limit}"),
             Cause::DelayOutside => write!(f, "the delay lies beyond its range, which ends at {x} s"),
             Cause::Uncertain(p) => write!(f, "{p} is known to a share of {x}, needs {limit}"),
             Cause::NotRead => write!(f, "u or y is not read: the sample is left out"),
@@ -176,6 +172,7 @@ impl fmt::Display for Reason {
             Cause::NoSettings => write!(f, "the rule has no settings for this plant"),
             Cause::Sensitivity => write!(f, "Ms is {x} over the uncertainty, at most {limit}"),
             Cause::Dwell => write!(f, "{x} s since the last change, needs {limit} s"),
+            Cause::Fresh => write!(f, "{x} s since the plant changed, needs {limit} s"),
             Cause::NoOperatingPoint => write!(f, "at no operating point"),
             Cause::LargeChange(p) => write!(f, "{p} changes by a factor {x}, at most {limit} per step"),
             Cause::Sign(p) => {

@@ -8,11 +8,16 @@ use crate::error::{Error, Result};
 use crate::model::Pid;
 use crate::sim::Table;
 
+/// Relative difference that is rounding, where a controller keeps single precision.
+const ROUNDING: f64 = 1e-6;
+
 /// Settings that may depend on the operating point.
 #[derive(Clone, Debug)]
 pub struct Scheduled {
     /// At the last sample.
     now: Pid,
+    /// What was read back then, beside a table.
+    read: Option<Pid>,
     /// Where the plant was then.
     point: Vec<f64>,
     tables: Option<[GainTable; 2]>,
@@ -35,7 +40,7 @@ impl Scheduled {
             }
         };
         let tables = tables.map(|(Kp, Ki)| Ok([bounded(Kp)?, bounded(Ki)?])).transpose()?;
-        Ok(Scheduled { now: *pid, point: Vec::new(), tables })
+        Ok(Scheduled { now: *pid, read: None, point: Vec::new(), tables })
     }
 
     /// Settings at an operating point; where that is not known, those of the last one.
@@ -56,6 +61,21 @@ impl Scheduled {
         self.now
     }
 
+    /// Settings that are read back: without a table someone else's are kept; a table says what is wanted.
+    pub fn read(&mut self, pid: &Pid) {
+        let pid = Pid { b: self.now.b, Ts: self.now.Ts, ..*pid };
+        if self.tables.is_some() {
+            self.read = Some(pid);
+        } else if !is_same(&pid, &self.now) {
+            self.now = pid;
+        }
+    }
+
+    /// Settings at work: what was read back, or else what is wanted.
+    pub fn present(&self) -> Pid {
+        self.read.unwrap_or(self.now)
+    }
+
     /// Puts others in their place, at the last operating point that was known.
     pub fn set(&mut self, pid: &Pid) -> Result<()> {
         if let Some([Kp, Ki]) = &mut self.tables {
@@ -70,6 +90,13 @@ impl Scheduled {
     pub fn tables(&self) -> Option<[&Table; 2]> {
         self.tables.as_ref().map(|[Kp, Ki]| [Kp.table(), Ki.table()])
     }
+}
+
+/// Whether settings are the same but for the rounding on their way to the plant and back.
+fn is_same(read: &Pid, written: &Pid) -> bool {
+    [(read.Kp, written.Kp), (read.Ki, written.Ki), (read.Td, written.Td), (read.Tf, written.Tf)]
+        .iter()
+        .all(|(x, y)| (x - y).abs() <= ROUNDING * y.abs())
 }
 
 #[cfg(test)]

@@ -46,6 +46,8 @@ pub struct Sample<'s> {
     pub y: f64,
     /// Signals that tell the operating point.
     pub aux: &'s [f64],
+    /// Settings at work, where they are read.
+    pub controller: Option<Pid>,
 }
 
 /// How a tuner is set.
@@ -75,6 +77,8 @@ pub struct TunerSettings {
     pub nominal: Option<Fopdt>,
     /// How settings follow from a plant.
     pub rule: Rule,
+    /// Whether Kp, Ti and Td may be written; what may not stays as it is, and the loop is judged with it.
+    pub writes: [bool; 3],
     /// Least relative change of a gain that is worth writing.
     pub worth: f64,
     /// Largest 95 % quantile of Ms over the uncertainty.
@@ -150,6 +154,8 @@ pub struct Tuner {
     controller: Scheduled,
     /// Samples since the settings changed.
     held: Option<usize>,
+    /// Samples since the plant was found to be another one.
+    fresh: Option<usize>,
     merged: Option<Fopdt>,
     target: Option<Pid>,
     /// Samples since K and T could be told apart.
@@ -183,6 +189,9 @@ impl Tuner {
         if !(settings.target > 0.0) {
             return Err(Error::argument("target", settings.target, "positive"));
         }
+        if settings.writes != [true; 3] && controller.Kp == 0.0 {
+            return Err(Error::argument("write", "a part", "all settings of a controller without Kp"));
+        }
         let points = settings.points.as_ref();
         Ok(Tuner {
             identifier: Identifier::new(&settings.scheme)?,
@@ -193,6 +202,7 @@ impl Tuner {
             fill: settings.fill(&controller)?,
             controller: Scheduled::new(&controller, settings.tables.clone())?,
             held: None,
+            fresh: None,
             merged: None,
             target: None,
             samples: 0,
@@ -220,10 +230,14 @@ impl Tuner {
     /// Takes a sample and decides.
     pub fn step(&mut self, sample: &Sample) -> Decision {
         self.controller.at(sample.aux);
+        if let Some(pid) = &sample.controller {
+            self.controller.read(pid);
+        }
         self.lost |= self.last.is_some_and(|last| !follows(last, sample.t, self.settings.scheme.Ts()));
         self.last = Some(sample.t);
         let mut decision = self.decision(sample);
         self.held = self.held.map(|samples| samples + 1);
+        self.fresh = self.fresh.map(|samples| samples + 1);
         self.find_point(sample, &mut decision);
         let (u, y) = (decision.u, decision.y);
         let readable = u.is_finite() && y.is_finite();
@@ -305,7 +319,7 @@ impl Tuner {
         }
         if news.changed {
             self.merge.reset();
-            self.samples = 0;
+            (self.samples, self.fresh) = (0, Some(0));
         }
         if news.fitted {
             if self.identifier.identified().is_none_or(|estimate| !(worst(&estimate) < TOLD_APART)) {
@@ -345,6 +359,11 @@ impl Tuner {
         if estimate.outside {
             return Some(Reason::new(Cause::DelayOutside, estimate.model.L, estimate.model.L));
         }
+        // Over a few time constants a drift looks like another gain.
+        let (since, dwell) = (self.seconds_of(self.fresh), self.dwell(&estimate.model));
+        if since < dwell {
+            return Some(Reason::new(Cause::Fresh, since, dwell));
+        }
         let [K, T, L, _] = estimate.sd();
         beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)
     }
@@ -362,7 +381,7 @@ impl Tuner {
         if self.settings.rule.is_dear() && self.target.is_some() && self.is_dwelling(&merged) {
             return; // the gate would not let it through
         }
-        let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller.now()) {
+        let target = match self.settings.rule.on(&merged, &estimate.modes, &self.controller.present()) {
             Ok(target) => target,
             Err(_) => return decision.reasons.push(Reason::of(Cause::NoSettings)),
         };
@@ -373,7 +392,8 @@ impl Tuner {
 
     /// Towards the target, if it is worth it and the gate lets it through.
     fn retune(&mut self, merged: &Fopdt, estimate: &Identified, target: &Pid, decision: &mut Decision) {
-        let present = self.controller.now();
+        let present = self.controller.present();
+        let target = &writable(&present, target, self.settings.writes);
         if !is_worth(&present, target, self.settings.worth) {
             return;
         }
@@ -417,7 +437,17 @@ impl Tuner {
 
     /// Whether the last change is too recent.
     fn is_dwelling(&self, plant: &Fopdt) -> bool {
-        self.evidence().since_change < self.settings.gate.dwell * (plant.T + plant.L)
+        self.seconds_of(self.held) < self.dwell(plant)
+    }
+
+    /// Least time between changes, s.
+    fn dwell(&self, plant: &Fopdt) -> f64 {
+        self.settings.gate.dwell * (plant.T + plant.L)
+    }
+
+    /// Time since something that may never have been, s.
+    fn seconds_of(&self, since: Option<usize>) -> f64 {
+        since.map_or(f64::INFINITY, |samples| samples as f64 * self.settings.scheme.Ts())
     }
 
     /// What a step does over the plants that are possible; None where no margin is asked for.
@@ -431,9 +461,8 @@ impl Tuner {
 
     /// What the gate has to know, but for the margins.
     fn evidence(&self) -> Evidence {
-        let seconds = |samples: usize| samples as f64 * self.settings.scheme.Ts();
         Evidence {
-            since_change: self.held.map_or(f64::INFINITY, seconds),
+            since_change: self.seconds_of(self.held),
             gain_margin: f64::INFINITY,
             phase_margin: f64::INFINITY,
             saturated: self.watch.saturated(),
@@ -482,6 +511,22 @@ fn beyond(
     let worst = (0..3).find(|&i| !(relative[i] <= limits[i]))?;
     let parameter = [Parameter::K, Parameter::T, Parameter::L][worst];
     Some(Reason::new(cause(parameter), relative[worst], limits[worst]))
+}
+
+/// The target as far as it may be written, beside what stays.
+fn writable(present: &Pid, target: &Pid, [Kp, Ti, Td]: [bool; 3]) -> Pid {
+    if Kp && Ti && Td {
+        return *target;
+    }
+    let gain = if Kp { target.Kp } else { present.Kp };
+    let derivative = if Td { target } else { present };
+    Pid {
+        Kp: gain,
+        Ki: gain / if Ti { target.Ti() } else { present.Ti() },
+        Td: derivative.Td,
+        Tf: derivative.Tf,
+        ..*target
+    }
 }
 
 /// Whether a gain changes by enough to be written.

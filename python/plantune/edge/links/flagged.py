@@ -7,7 +7,7 @@ from typing import Any
 
 from plantune.adapt import Sample
 from plantune.edge.flags import PARAMETERS, Flags
-from plantune.edge.links.link import Capabilities, Link, asked_for, unwritable
+from plantune.edge.links.link import Capabilities, Link, asked_for, same_settings, unwritable
 from plantune.errors import refusal
 from plantune.models import PID
 
@@ -46,7 +46,7 @@ class FlaggedLink:
     >>> plant = pt.edge.SimulatedPlant([1.0, 3.0], pid, K=2.0, T=1.0, Ts=0.1)
     >>> link = FlaggedLink(pt.edge.Flags.shadow(), plant)
     >>> link.read()
-    Sample(t=0.0, r=1.0, u=0.5, y=1.0, aux={})
+    Sample(t=0.0, r=1.0, u=0.5, y=1.0, aux={}, controller=None)
     >>> link.write(pt.models.PID(Kp=1.0, Ti=1.0))
     >>> plant.controller.Kp, len(link.withheld)
     (0.5, 1)
@@ -113,9 +113,10 @@ class FlaggedLink:
             raise unwritable(unknown, "the flags")
         if controller is not None:
             self._own = controller
-            if not self.flags.write >= set(PARAMETERS):
+            through = self._let_through(controller)
+            if through is None or not same_settings(through, controller):
                 self.withheld.append((self._now, controller))
-            controller = self._let_through(controller)
+            controller = through
         if self._plant is not None:
             self._plant.write(controller, r=r, u=u)
 

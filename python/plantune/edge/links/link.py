@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isclose
 from typing import Protocol, runtime_checkable
 
 from plantune.adapt import Sample
@@ -102,6 +103,12 @@ class Link(Protocol):
         RunError
             The link cannot write it (C09).
         """
+
+
+def same_settings(a: PID, b: PID) -> bool:
+    """Whether settings are the same, but for the rounding of a controller in single precision."""
+    pairs = ((a.Kp, b.Kp), (a.Ki, b.Ki), (a.Td, b.Td))
+    return all(isclose(x, y, rel_tol=1e-6) for x, y in pairs)
 
 
 def asked_for(controller: PID | None, r: float | None, u: float | None) -> frozenset[str]:

@@ -67,7 +67,7 @@ class SimulatedPlant:
     >>> pid = pt.models.PID(Kp=0.5, Ti=1.0)
     >>> plant = SimulatedPlant([1.0, 3.0, 3.0], pid, K=2.0, T=1.0, L=0.1, Ts=0.1)
     >>> plant.read(), plant.read().u
-    (Sample(t=0.0, r=1.0, u=0.5, y=1.0, aux={}), 1.6)
+    (Sample(t=0.0, r=1.0, u=0.5, y=1.0, aux={}, controller=None), 1.6)
     >>> plant.write(pt.models.PID(Kp=1.0, Ti=1.0))
     >>> plant.read().t, plant.read()
     (0.2, None)

@@ -41,7 +41,7 @@ class RecordedPlant:
     >>> import plantune as pt
     >>> link = RecordedPlant(pt.Record(u=[1, 1], y=[0.0, 0.5], Ts=0.1), shadow=True)
     >>> link.read()
-    Sample(t=0.0, r=None, u=1.0, y=0.0, aux={})
+    Sample(t=0.0, r=None, u=1.0, y=0.0, aux={}, controller=None)
     >>> link.write(pt.models.PID(Kp=2.0, Ti=1.0))
     >>> len(link.written), link.read().y, link.read()
     (1, 0.5, None)
