@@ -28,7 +28,14 @@ def test_one_heater_of_two_is_refused(data, heater):
     rec = pt.Record(u=table[:, heater], y=table[:, heater + 2], Ts=1.0)
     log, codes = followed(rec, pt.estimate.process(rec), (1, 31))
     assert not log.accepted.any() and not log.retuned.any()
-    assert codes["A07"] + codes["A02"] == np.count_nonzero(log.fitted)
+    assert codes["A07"] + codes["A02"] + codes["A01"] == np.count_nonzero(log.fitted)
+
+
+def test_a_window_too_short_for_the_heat_shield_is_refused(data):
+    """Of an answer of 50 minutes it holds 25: K came out a third too small, and sure of itself."""
+    rec = pt.read(data("heat_shield") / "resultID.mat", u="resultID[1]", y="resultID[0]", Ts=2.0)
+    log, codes = followed(rec, pt.estimate.process(rec), (1, 16))
+    assert not log.accepted.any() and codes["A01"] > 400
 
 
 def test_the_heat_shield_over_all_its_rows(data):

@@ -136,7 +136,8 @@ class Settings:
     worth : float
         Least relative change of a gain that is worth writing.
     max_change, dwell : float
-        Largest factor of a change, and least time between two, in units of `T + L`.
+        Largest factor of a change, and least time between two, in units of `T + L`; the same time
+        must have passed since u first moved in the window before an estimate is accepted.
     saturation, excitation : float
         Largest share of the window that u may be at a limit; least travel of u within the window
         relative to its largest.

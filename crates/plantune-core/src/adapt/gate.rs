@@ -281,6 +281,16 @@ impl Watch {
         self.still
     }
 
+    /// Samples since u first moved, among the last `n`: by a tenth of its travel then.
+    pub fn since_move(&self, n: usize) -> usize {
+        let n = n.min(self.filled);
+        let of_last = |k: usize| self.window[(self.oldest + self.window.len() - n + k) % self.window.len()];
+        let ends = |(low, high): (f64, f64), u: f64| (low.min(u), high.max(u));
+        let (low, high) = (0..n).map(of_last).fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+        let moved = (0..n).find(|&k| (of_last(k) - of_last(0)).abs() > MOVE * (high - low));
+        moved.map_or(0, |k| n - k)
+    }
+
     fn seen(&self) -> &[f64] {
         &self.window[..self.filled]
     }
@@ -372,6 +382,9 @@ mod tests {
             watch.step(0.2, 99.0);
         }
         assert_eq!((watch.saturated(), watch.travel(), watch.still()), (0.0, 0.0, 20));
+        assert_eq!((watch.since_move(10), watch.since_move(0)), (0, 0));
+        (0..4).for_each(|_| watch.step(0.5, 99.0));
+        assert_eq!((watch.since_move(10), watch.since_move(3)), (4, 0));
         watch.step(f64::NAN, 99.0);
         watch.step(0.2, 99.5);
         assert_eq!(watch.still(), 0);

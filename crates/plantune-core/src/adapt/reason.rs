@@ -51,8 +51,8 @@ pub enum Cause {
     Sensitivity,
     /// The last change of the settings is too recent, s.
     Dwell,
-    /// The last change of the plant is too recent, s.
-    Fresh,
+    /// The first move of u in the window is too recent for the plant to have answered, s.
+    Unanswered,
     /// The plant is at no operating point.
     NoOperatingPoint,
     /// A controller parameter would change by more than the largest factor: it goes a part of the way.
@@ -75,10 +75,10 @@ impl Cause {
     /// Code of the catalogue.
     pub fn code(self) -> &'static str {
         match self {
-            Cause::WindowNotFull => "A01",
+            Cause::WindowNotFull | Cause::Unanswered => "A01",
             Cause::OutOfLimits(_) | Cause::DelayOutside => "A02",
             Cause::Unsettled(_) => "A03",
-            Cause::Dwell | Cause::Fresh => "A05",
+            Cause::Dwell => "A05",
             Cause::NoOperatingPoint => "A06",
             Cause::Uncertain(_) => "A07",
             Cause::Judging => "A08",
@@ -135,9 +135,10 @@ impl Reason {
 
     fn remedy(&self) -> &'static str {
         match self.cause {
-            Cause::WindowNotFull | Cause::Dwell | Cause::Fresh | Cause::LargeChange(_) => "wait; nothing is wrong",
+            Cause::WindowNotFull | Cause::Dwell | Cause::LargeChange(_) => "wait; nothing is wrong",
             Cause::OutOfLimits(Parameter::K) => "check its limits, and the action of the loop",
             Cause::OutOfLimits(_) => "check the limits, or the plant",
+            Cause::Unanswered => "wait; where it does not end, fit more rows",
             Cause::NotRead => "look after the link, or simulate what cannot be read",
             Cause::DelayOutside => "search more delays: nk",
             Cause::Judging => "wait; a few time constants decide it",
@@ -172,7 +173,7 @@ impl fmt::Display for Reason {
             Cause::NoSettings => write!(f, "the rule has no settings for this plant"),
             Cause::Sensitivity => write!(f, "Ms is {x} over the uncertainty, at most {limit}"),
             Cause::Dwell => write!(f, "{x} s since the last change, needs {limit} s"),
-            Cause::Fresh => write!(f, "{x} s since the plant changed, needs {limit} s"),
+            Cause::Unanswered => write!(f, "{x} s since u first moved, the plant needs {limit} s to answer"),
             Cause::NoOperatingPoint => write!(f, "at no operating point"),
             Cause::LargeChange(p) => write!(f, "{p} changes by a factor {x}, at most {limit} per step"),
             Cause::Sign(p) => {

@@ -154,8 +154,8 @@ pub struct Tuner {
     controller: Scheduled,
     /// Samples since the settings changed.
     held: Option<usize>,
-    /// Samples since the plant was found to be another one.
-    fresh: Option<usize>,
+    /// Samples that may be fitted: since the plant was found to be another one.
+    fresh: usize,
     merged: Option<Fopdt>,
     target: Option<Pid>,
     /// Samples since K and T could be told apart.
@@ -202,7 +202,7 @@ impl Tuner {
             fill: settings.fill(&controller)?,
             controller: Scheduled::new(&controller, settings.tables.clone())?,
             held: None,
-            fresh: None,
+            fresh: 0,
             merged: None,
             target: None,
             samples: 0,
@@ -237,7 +237,7 @@ impl Tuner {
         self.last = Some(sample.t);
         let mut decision = self.decision(sample);
         self.held = self.held.map(|samples| samples + 1);
-        self.fresh = self.fresh.map(|samples| samples + 1);
+        self.fresh = (self.fresh + 1).min(self.settings.scheme.rows());
         self.find_point(sample, &mut decision);
         let (u, y) = (decision.u, decision.y);
         let readable = u.is_finite() && y.is_finite();
@@ -307,7 +307,7 @@ impl Tuner {
         self.identifier.reset();
         self.classifier.reset();
         self.merge.reset();
-        (self.merged, self.target, self.samples) = (None, None, 0);
+        (self.merged, self.target, self.samples, self.fresh) = (None, None, 0, 0);
     }
 
     fn identify(&mut self, decision: &mut Decision) {
@@ -319,7 +319,7 @@ impl Tuner {
         }
         if news.changed {
             self.merge.reset();
-            (self.samples, self.fresh) = (0, Some(0));
+            (self.samples, self.fresh) = (0, 0);
         }
         if news.fitted {
             if self.identifier.identified().is_none_or(|estimate| !(worst(&estimate) < TOLD_APART)) {
@@ -359,10 +359,12 @@ impl Tuner {
         if estimate.outside {
             return Some(Reason::new(Cause::DelayOutside, estimate.model.L, estimate.model.L));
         }
-        // Over a few time constants a drift looks like another gain.
-        let (since, dwell) = (self.seconds_of(self.fresh), self.dwell(&estimate.model));
+        // Of an answer that has not come to its end the gain is extrapolated: a drift looks like another gain, and a
+        // slow mode is not seen at all.
+        let since = self.seconds_of(Some(self.watch.since_move(self.fresh)));
+        let dwell = self.dwell(&estimate.model);
         if since < dwell {
-            return Some(Reason::new(Cause::Fresh, since, dwell));
+            return Some(Reason::new(Cause::Unanswered, since, dwell));
         }
         let [K, T, L, _] = estimate.sd();
         beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)
