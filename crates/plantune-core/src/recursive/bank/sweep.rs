@@ -138,6 +138,10 @@ fn estimate<S: Simd, const GATED: bool>(
         c_most: splat(settings.c_most),
         c_least: splat(-settings.c_most),
     };
+    if let Some(g) = fetched {
+        fetch(&bank.inputs[g]);
+        bank.ring[g * rows..(g + 1) * rows].iter().for_each(fetch);
+    }
     let inputs = &mut bank.inputs[g];
     let first = g * bank.per;
     let ring = &mut bank.ring[g * rows..(g + 1) * rows];
