@@ -158,7 +158,7 @@ class Record:
             return self.t
         ascending = bool((self.rows[1:] > self.rows[:-1]).all())
         steps = self.rows - self.rows[0] if ascending else np.arange(self.N)
-        return self.t0 + steps * self.Ts
+        return np.asarray(self.t0 + steps * self.Ts, np.float64)
 
     @property
     def segments(self) -> tuple[slice, ...]:

@@ -27,6 +27,11 @@ const SETTLING: f64 = 0.02;
 /// Share of the output's travel below which no noise is believed: rounding is not noise.
 const LEAST: f64 = 1e-6;
 
+/// A signal at rest is this. At zero what is filtered from it would decay for ever, among the numbers that are so
+/// small that they take ten times as long; the square of this is none of them, and beside any other signal it is
+/// nothing.
+const REST: f64 = 1e-140;
+
 /// Runs over rows of `u` and `y`, `(N, loops)`.
 pub fn run(bank: &mut Bank, u: &[f64], y: &[f64]) {
     Arch::new().dispatch(Sweep { bank, u, y });
@@ -138,6 +143,10 @@ fn estimate<S: Simd, const GATED: bool>(
         c_most: splat(settings.c_most),
         c_least: splat(-settings.c_most),
     };
+    if let Some(g) = fetched {
+        fetch(&bank.inputs[g]);
+        bank.ring[g * rows..(g + 1) * rows].iter().for_each(fetch);
+    }
     let inputs = &mut bank.inputs[g];
     let first = g * bank.per;
     let ring = &mut bank.ring[g * rows..(g + 1) * rows];
@@ -210,13 +219,13 @@ impl Bank {
         Row(std::array::from_fn(|s| self.columns[g * W + s].source.map_or(0.0, |k| x[k])))
     }
 
-    /// Counts u and y from their origins.
+    /// Counts u and y from their origins, and never quite reaches them.
     #[inline(always)]
     fn centred(&self, g: usize, [mut u, mut y]: [Row; 2]) -> [Row; 2] {
         let inputs = &self.inputs[g];
         for s in 0..W {
-            u[s] -= inputs.u_zero[s];
-            y[s] -= inputs.y_zero[s];
+            u[s] = u[s] - inputs.u_zero[s] + REST;
+            y[s] = y[s] - inputs.y_zero[s] + REST;
         }
         if let Some(factors) = self.factors.get(g) {
             for s in 0..W {

@@ -273,6 +273,17 @@ fn what_is_asked_wrongly_is_refused() {
     assert!(bank.reset(2).is_err() && bank.open_offset(0, -1.0).is_err() && bank.scale(0, 0.0, 1.0).is_err());
 }
 
+#[test]
+fn a_plant_back_at_rest_leaves_no_number_that_is_slow_to_compute_with() {
+    let (u, y) = records(200, 40);
+    let mut bank = bank(40, &watched());
+    bank.run(&u, &y).expect("rows");
+    for _ in 0..3000 {
+        bank.step(&u[..40], &y[..40]).expect("a row");
+    }
+    assert!(!bank.state().iter().any(|x| x.is_subnormal()));
+}
+
 /// Half of each 2000 samples are constant and without noise.
 fn with_long_stretches(samples: usize) {
     let (loops, N) = (200, 2000);
