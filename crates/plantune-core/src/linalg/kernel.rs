@@ -12,13 +12,13 @@ pub fn vectorised<R>(f: impl FnOnce() -> R) -> R {
 /// Asks for what will be read soon. Memory is often too far away for the processor to look ahead by itself: where it
 /// is read downwards, or from page to page.
 #[inline(always)]
-#[allow(unsafe_code)] // a hint, of an address that is borrowed: nothing is read
 pub fn fetch<T>(x: &T) {
     #[cfg(target_arch = "x86_64")]
-    for offset in (0..size_of::<T>()).step_by(64) {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let line = std::ptr::from_ref(x).cast::<i8>().wrapping_add(offset);
-        unsafe { _mm_prefetch(line, _MM_HINT_T0) }
+    if let Some(sse) = pulp::core_arch::x86::Sse::try_new() {
+        for offset in (0..size_of::<T>()).step_by(64) {
+            let line = std::ptr::from_ref(x).cast::<i8>().wrapping_add(offset);
+            sse._mm_prefetch::<{ std::arch::x86_64::_MM_HINT_T0 }>(line);
+        }
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = x;
