@@ -49,12 +49,15 @@ def test_the_heat_shield_over_all_its_rows(data):
 
 
 def test_the_motor_is_refused_until_it_agrees_with_the_batch(data):
-    """Friction, and a speed that is counted: white errors alone would let 254 estimates pass."""
+    """Friction, and a speed that is counted: white errors alone would let 254 estimates pass.
+
+    What is accepted lies within the batch intervals of the main job, widened for what first order
+    leaves unexplained.
+    """
     rec = pt.read(data("moto_shield") / "aprbsResult.mat", u="u", y="y", Ts=0.02)
-    fit = pt.estimate.process(rec)
+    fit = pt.job.run(rec).chosen
     log, codes = followed(rec, fit, (1, 8))
     rows = np.flatnonzero(log.accepted)
     off = np.stack([log.K, log.T, log.L], axis=1)[rows] - fit.theta[:3]
-    joint = np.hypot(log.sd[rows, :3], fit.sd[:3])
-    assert np.all(np.abs(off) < 2 * joint) and len(rows) < 20
+    assert np.all(np.abs(off) < 1.96 * fit.sd[:3]) and len(rows) < 20
     assert codes["A07"] > 300

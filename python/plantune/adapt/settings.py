@@ -125,6 +125,9 @@ class Settings:
     sd, spread : three of float
         Largest standard deviation of an accepted estimate, and largest scatter over the moving
         window: of K and T relative to them, of L relative to `T + L`.
+    answered : float
+        Least time since u first moved in the window before an estimate is accepted, in units of
+        `T + L`: at 4 the answer to a step has come to 98 %, below its gain is extrapolated.
     settled : int
         Estimates in the moving window, at least 2.
     average : bool
@@ -136,8 +139,7 @@ class Settings:
     worth : float
         Least relative change of a gain that is worth writing.
     max_change, dwell : float
-        Largest factor of a change, and least time between two, in units of `T + L`; the same time
-        must have passed since u first moved in the window before an estimate is accepted.
+        Largest factor of a change, and least time between two, in units of `T + L`.
     saturation, excitation : float
         Largest share of the window that u may be at a limit; least travel of u within the window
         relative to its largest.
@@ -193,6 +195,7 @@ class Settings:
     L: Pair | None = None
     sd: tuple[float, float, float] = (0.05, 0.08, 0.05)
     spread: tuple[float, float, float] = (0.05, 0.08, 0.05)
+    answered: float = 4.0
     settled: int = 3
     average: bool = False
     merge_rate: float = 1.0
@@ -287,6 +290,7 @@ class Settings:
             "bank": BankSettings.source_001(steady, opens),
             "sd": (inf, inf, inf),
             "spread": (0.02, 0.02, 0.01),
+            "answered": 0.0,
             "settled": 50,
             "average": True,
             "merge_rate": 0.5,

@@ -67,6 +67,8 @@ pub struct TunerSettings {
     pub sd: [f64; 3],
     /// The same over the moving window of the last estimates.
     pub spread: [f64; 3],
+    /// Least time since u first moved in the window, in units of `T + L`.
+    pub answered: f64,
     /// Estimates in the moving window.
     pub settled: usize,
     /// Whether their mean is taken, or the last of them.
@@ -154,8 +156,6 @@ pub struct Tuner {
     controller: Scheduled,
     /// Samples since the settings changed.
     held: Option<usize>,
-    /// Samples that may be fitted: since the plant was found to be another one.
-    fresh: usize,
     merged: Option<Fopdt>,
     target: Option<Pid>,
     /// Samples since K and T could be told apart.
@@ -192,6 +192,9 @@ impl Tuner {
         if settings.writes != [true; 3] && controller.Kp == 0.0 {
             return Err(Error::argument("write", "a part", "all settings of a controller without Kp"));
         }
+        if !(settings.answered >= 0.0) {
+            return Err(Error::argument("answered", settings.answered, "zero or positive"));
+        }
         let points = settings.points.as_ref();
         Ok(Tuner {
             identifier: Identifier::new(&settings.scheme)?,
@@ -202,7 +205,6 @@ impl Tuner {
             fill: settings.fill(&controller)?,
             controller: Scheduled::new(&controller, settings.tables.clone())?,
             held: None,
-            fresh: 0,
             merged: None,
             target: None,
             samples: 0,
@@ -237,7 +239,6 @@ impl Tuner {
         self.last = Some(sample.t);
         let mut decision = self.decision(sample);
         self.held = self.held.map(|samples| samples + 1);
-        self.fresh = (self.fresh + 1).min(self.settings.scheme.rows());
         self.find_point(sample, &mut decision);
         let (u, y) = (decision.u, decision.y);
         let readable = u.is_finite() && y.is_finite();
@@ -307,7 +308,7 @@ impl Tuner {
         self.identifier.reset();
         self.classifier.reset();
         self.merge.reset();
-        (self.merged, self.target, self.samples, self.fresh) = (None, None, 0, 0);
+        (self.merged, self.target, self.samples) = (None, None, 0);
     }
 
     fn identify(&mut self, decision: &mut Decision) {
@@ -319,7 +320,7 @@ impl Tuner {
         }
         if news.changed {
             self.merge.reset();
-            (self.samples, self.fresh) = (0, 0);
+            self.samples = 0;
         }
         if news.fitted {
             if self.identifier.identified().is_none_or(|estimate| !(worst(&estimate) < TOLD_APART)) {
@@ -361,10 +362,10 @@ impl Tuner {
         }
         // Of an answer that has not come to its end the gain is extrapolated: a drift looks like another gain, and a
         // slow mode is not seen at all.
-        let since = self.seconds_of(Some(self.watch.since_move(self.fresh)));
-        let dwell = self.dwell(&estimate.model);
-        if since < dwell {
-            return Some(Reason::new(Cause::Unanswered, since, dwell));
+        let since = self.seconds_of(Some(self.watch.since_move(self.identifier.rows())));
+        let least = self.settings.answered * (estimate.model.T + estimate.model.L);
+        if since < least {
+            return Some(Reason::new(Cause::Unanswered, since, least));
         }
         let [K, T, L, _] = estimate.sd();
         beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)

@@ -109,6 +109,14 @@ impl Identifier {
         }
     }
 
+    /// Rows that are fitted; all that there were, for a bank.
+    pub fn rows(&self) -> usize {
+        match self {
+            Identifier::Window(window) => window.rows(),
+            Identifier::Bank(_) => usize::MAX,
+        }
+    }
+
     /// Whether an alarm waits for its judgement.
     pub fn is_judging(&self) -> bool {
         matches!(self, Identifier::Window(window) if window.is_judging())

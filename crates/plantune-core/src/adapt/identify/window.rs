@@ -115,6 +115,11 @@ impl WindowIdentifier {
         Some(Identified { model, P, offset, outside, modes, delays })
     }
 
+    /// Rows that are fitted.
+    pub fn rows(&self) -> usize {
+        self.window.len()
+    }
+
     /// Whether an alarm waits for its judgement.
     pub fn is_judging(&self) -> bool {
         self.judged.is_some()
