@@ -72,9 +72,7 @@ class AutoTuner:
         """
         aux = [float(sample.aux.get(name, nan)) for name in self.settings.signals]
         r, u, y = (nan if x is None else x for x in (sample.r, sample.u, sample.y))
-        return decision(
-            self._core.step(sample.t, r, u, y, aux, sample.controller), self.settings
-        )
+        return decision(self._core.step(sample.t, r, u, y, aux, sample.controller), self.settings)
 
     def __copy__(self) -> AutoTuner:
         other = object.__new__(type(self))

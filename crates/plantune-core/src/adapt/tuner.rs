@@ -339,7 +339,7 @@ impl Tuner {
             return;
         }
         match self.classifier.step(&estimate.model) {
-            Class::Accepted(mean, sd) => match self.unsettled(&mean, sd) {
+            Class::Accepted(mean, sd) => match self.unsettled(&mean, sd).or_else(|| self.unanswered(&mean)) {
                 None if self.settings.average => self.accept(&mean, &estimate, decision),
                 None => self.accept(&estimate.model, &estimate, decision),
                 Some(reason) => decision.reasons.push(reason),
@@ -360,15 +360,16 @@ impl Tuner {
         if estimate.outside {
             return Some(Reason::new(Cause::DelayOutside, estimate.model.L, estimate.model.L));
         }
-        // Of an answer that has not come to its end the gain is extrapolated: a drift looks like another gain, and a
-        // slow mode is not seen at all.
-        let since = self.seconds_of(Some(self.watch.since_move(self.identifier.rows())));
-        let least = self.settings.answered * (estimate.model.T + estimate.model.L);
-        if since < least {
-            return Some(Reason::new(Cause::Unanswered, since, least));
-        }
         let [K, T, L, _] = estimate.sd();
         beyond(&estimate.model, [K, T, L], self.settings.sd, Cause::Uncertain)
+    }
+
+    /// Why the answer has not come to its end. Of less the gain is extrapolated: a drift looks like another gain, and a
+    /// slow mode is not seen at all.
+    fn unanswered(&self, plant: &Fopdt) -> Option<Reason> {
+        let since = self.seconds_of(Some(self.watch.since_move(self.identifier.rows())));
+        let least = self.settings.answered * (plant.T + plant.L);
+        (since < least).then_some(Reason::new(Cause::Unanswered, since, least))
     }
 
     /// Why the last estimates are too far apart.
