@@ -1,19 +1,19 @@
 """Play and stop operators, stacks of them, their inverses and their fits; one sample at a time.
 
-    play          z(t) = max(x(t) - r, min(x(t) + r, z(t-1))), virgin z(-1) = 0
-    stop          x - z
-    Maxwell slip  F_i = k_i (x - x_bi), |F_i| < f_i; else F_i = f_i sgn(dx), x_bi = x - F_i/k_i:
-                  k_i times the stop of r_i = f_i/k_i; source 002, (7a), (7b)
-    stack         y = sum w_i z_i, 0 = r_0 < r_1 < ..., w_0 > 0 (Prandtl-Ishlinskii)
-    inverse       r'_i = sum_(j<=i) w_j (r_i - r_j), w'_0 = 1/w_0,
-                  w'_i = -w_i/[(w_0 + ... + w_i)(w_0 + ... + w_(i-1))],
-                  z'_i = sum_(j<=i) w_j z_i + sum_(j>i) w_j z_j
-                  Krejci & Kuhnen, IEE Proc. Control Theory Appl. 148, 2001
-    modified      y = S(H[x]), S monotone, sum of one-sided dead zones:
-                  S(h) = v_0 h + sum v_k max(h - d_k, 0) + sum v_l min(h + d_l, 0)
-                  inverse H'[S'(y)]; Kuhnen, European J. Control 9, 2003; METHODS 4
-    fit           w >= 0 by NNLS; modified: H w - sum_(k != c) s_k seg_k(y) = seg_c(y) with
-                  seg_k(y) = clip(y, kappa_k, kappa_k+1) - clip(0, kappa_k, kappa_k+1)
+play          z(t) = max(x(t) - r, min(x(t) + r, z(t-1))), virgin z(-1) = 0
+stop          x - z
+Maxwell slip  F_i = k_i (x - x_bi), |F_i| < f_i; else F_i = f_i sgn(dx), x_bi = x - F_i/k_i:
+              k_i times the stop of r_i = f_i/k_i; source 002, (7a), (7b)
+stack         y = sum w_i z_i, 0 = r_0 < r_1 < ..., w_0 > 0 (Prandtl-Ishlinskii)
+inverse       r'_i = sum_(j<=i) w_j (r_i - r_j), w'_0 = 1/w_0,
+              w'_i = -w_i/[(w_0 + ... + w_i)(w_0 + ... + w_(i-1))],
+              z'_i = sum_(j<=i) w_j z_i + sum_(j>i) w_j z_j
+              Krejci & Kuhnen, IEE Proc. Control Theory Appl. 148, 2001
+modified      y = S(H[x]), S monotone, sum of one-sided dead zones:
+              S(h) = v_0 h + sum v_k max(h - d_k, 0) + sum v_l min(h + d_l, 0)
+              inverse H'[S'(y)]; Kuhnen, European J. Control 9, 2003; METHODS 4
+fit           w >= 0 by NNLS; modified: H w - sum_(k != c) s_k seg_k(y) = seg_c(y) with
+              seg_k(y) = clip(y, kappa_k, kappa_k+1) - clip(0, kappa_k, kappa_k+1)
 """
 
 from types import SimpleNamespace
@@ -108,7 +108,10 @@ def inverse_dead_zones(d, v):
     d, v = np.asarray(d, float), np.asarray(v, float)
     d_inv, v_inv = np.zeros(len(d)), np.full(len(v), 1 / v[0])
     for side in (1, -1):
-        own = [0, *sorted((k for k in range(1, len(d)) if side * d[k] > 0), key=lambda k: abs(d[k]))]
+        own = [
+            0,
+            *sorted((k for k in range(1, len(d)) if side * d[k] > 0), key=lambda k: abs(d[k])),
+        ]
         dk, vk = inverse(abs(d[own]), v[own])
         d_inv[own], v_inv[own] = side * dk, vk
     return d_inv, v_inv

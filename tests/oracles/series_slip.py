@@ -54,7 +54,8 @@ def anchored(x, up, down, F0=0.0):
 def climb(group, a, b):
     """Return the sum of the element forces between a and b: the integral of k over what is passed."""
     direction = 1 if b > a else -1
-    cuts = sorted({a, b, *(e[0] for e in group if min(a, b) < e[0] < max(a, b))}, reverse=b < a)
+    inside = (e[0] for e in group if min(a, b) < e[0] < max(a, b))
+    cuts = sorted({a, b, *inside}, reverse=bool(b < a))
     total = 0.0
     for p, q in pairwise(cuts):
         element = passed(group, (p + q) / 2, direction)
