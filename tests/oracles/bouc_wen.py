@@ -11,6 +11,7 @@ Wen, J. Eng. Mech. Div. 102, 1976; Noel & Schoukens, Hysteretic benchmark with a
 nonlinearity, 2016; METHODS 4.
 """
 
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -31,10 +32,11 @@ def rate(p, v, z):
 def of_displacement(x, p, z0=0.0):
     """Return z at every x, the input straight between samples and x(-1) = x(0)."""
     z, out = z0, [z0]
-    for a, b in zip(x[:-1], x[1:], strict=True):
+    for a, b in itertools.pairwise(x):
         if a != b:
+            way = np.sign(b - a)
 
-            def slope(_, s, way=np.sign(b - a)):
+            def slope(_, s, way=way):
                 return [rate(p, way, s[0])]
 
             z = solve_ivp(slope, (0, abs(b - a)), [z], "DOP853", rtol=1e-12, atol=1e-14).y[0, -1]
@@ -45,7 +47,7 @@ def of_displacement(x, p, z0=0.0):
 def exponentials(x, p, z0=0.0):
     """Return the same for nu = 1 in closed form."""
     z, out = z0, [z0]
-    for a, b in zip(x[:-1], x[1:], strict=True):
+    for a, b in itertools.pairwise(x):
         way, left = np.sign(b - a), abs(b - a)
         while left > 0:
             sign = np.sign(z) if z != 0 else way  # from 0 the force follows the motion

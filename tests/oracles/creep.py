@@ -1,7 +1,8 @@
 """Creep operators, and the charge with its leak; source 002, 3.2, (5) and (6).
 
     s_k' = (x - s_k)/tau_k, y = sum c_k s_k; for x held between samples
-    s_k(t+1) = e^(-Ts/tau_k) s_k(t) + (1 - e^(-Ts/tau_k)) x(t): after a step sum c_k (1 - e^(-t/tau_k))
+    s_k(t+1) = e^(-Ts/tau_k) s_k(t) + (1 - e^(-Ts/tau_k)) x(t)
+    after a step y = sum c_k (1 - e^(-t/tau_k))
 
     i_t = i_c + i_l, i_l = V/X, X = R/sqrt((a i)^2 + 1), R = 21 Gohm, a = 3.4e7 1/A, q' = i_c,
     V = q/C, displacement = G q

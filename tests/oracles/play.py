@@ -10,7 +10,7 @@ inverse       r'_i = sum_(j<=i) w_j (r_i - r_j), w'_0 = 1/w_0,
               z'_i = sum_(j<=i) w_j z_i + sum_(j>i) w_j z_j
               Krejci & Kuhnen, IEE Proc. Control Theory Appl. 148, 2001
 modified      y = S(H[x]), S monotone, sum of one-sided dead zones:
-              S(h) = v_0 h + sum v_k max(h - d_k, 0) + sum v_l min(h + d_l, 0)
+              S(h) = v_0 h + sum v_k max(h - d_k, 0) + sum v_l min(h - d_l, 0), d_k > 0 > d_l
               inverse H'[S'(y)]; Kuhnen, European J. Control 9, 2003; METHODS 4
 fit           w >= 0 by NNLS; modified: H w - sum_(k != c) s_k seg_k(y) = seg_c(y) with
               seg_k(y) = clip(y, kappa_k, kappa_k+1) - clip(0, kappa_k, kappa_k+1)
@@ -95,7 +95,7 @@ def inverse_state(w, z):
 
 
 def dead_zones(h, d, v):
-    """Return S(h) = v_0 h + sum v_k g(h, d_k): g = max(h - d, 0) for d > 0, min(h - d, 0) for d < 0."""
+    """Return S(h) = v_0 h + sum v_k g_k: max(h - d_k, 0) for d_k > 0, min(h - d_k, 0) below."""
     h = np.asarray(h, float)
     S = v[0] * h
     for dk, vk in zip(d[1:], v[1:], strict=True):

@@ -2,7 +2,8 @@
 
     f(t) = sum over S+ of mu - sum over S- of mu, S: alpha >= beta       (4, as in ERRATA 4)
     relay: +1 once x >= alpha, -1 once x <= beta, else as before
-    Everett  E(alpha, beta) = integral of mu over beta <= b <= a <= alpha = (f_alpha - f_alpha,beta)/2
+    Everett  E(alpha, beta) = integral of mu over beta <= b <= a <= alpha
+                            = (f_alpha - f_alpha,beta)/2
     mu = 1/2 d2 f_alpha,beta/(d alpha d beta) from first-order reversal curves (FORC)
     f(t) = f(-) + 2 sum_k [E(M_k, m_(k-1)) - E(M_k, m_k)] over the remembered extremes; from the
     virgin state (relays of alpha + beta < 0 up) the first rise gives E(x, -x)
@@ -12,6 +13,8 @@ A cell (i, j), i >= j, holds alpha in [L_i, L_i+1] and beta in [L_j, L_j+1] of t
 relay switches in the middle of both.  Inputs on the levels give relays and table alike.
 Mayergoyz, Mathematical Models of Hysteresis and Their Applications, 2003, chapter 1.
 """
+
+import itertools
 
 import numpy as np
 from scipy.optimize import nnls
@@ -74,7 +77,7 @@ def play_everett(levels, r, w):
 
 
 def interpolate(E, levels, alpha, beta):
-    """Return E between levels: bilinear; in the cells of the diagonal proportional to alpha - beta."""
+    """Return E between levels: bilinear, on the diagonal proportional to alpha - beta."""
     last = len(levels) - 2
     i = min(max(int(np.searchsorted(levels, alpha, "right")) - 1, 0), last)
     j = min(max(int(np.searchsorted(levels, beta, "right")) - 1, 0), last)
@@ -97,11 +100,8 @@ def by_table(x, E, levels, start=-1.0):
     out = []
     for t in range(len(x)):
         ends = extremes(x[: t + 1], start, low, high)
-        if start == "virgin":
-            f = half(ends[0], of)
-        else:
-            f = -of(high, low)
-        for a, b in zip(ends[:-1], ends[1:], strict=True):
+        f = half(ends[0], of) if start == "virgin" else -of(high, low)
+        for a, b in itertools.pairwise(ends):
             f += 2 * of(b, a) if b > a else -2 * of(a, b)
         out.append(f)
     return np.array(out)

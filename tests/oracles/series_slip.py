@@ -52,7 +52,7 @@ def anchored(x, up, down, F0=0.0):
 
 
 def climb(group, a, b):
-    """Return the sum of the element forces between a and b: the integral of k over what is passed."""
+    """Return the sum of the element forces between a and b: the integral of k."""
     direction = 1 if b > a else -1
     inside = (e[0] for e in group if min(a, b) < e[0] < max(a, b))
     cuts = sorted({a, b, *inside}, reverse=bool(b < a))

@@ -1,5 +1,7 @@
 """The oracles of hysteresis agree with closed forms and with the printed numbers."""
 
+import itertools
+
 import numpy as np
 import pytest
 from pytest import approx
@@ -125,7 +127,7 @@ def test_table_4_1_misses_its_own_breakpoints():
     gaps = [
         abs(y1 + k1 * (x2 - x1) - y2)
         for group in (T.up, T.down)
-        for (x1, y1, k1), (x2, y2, _) in zip(group[:-1], group[1:], strict=True)
+        for (x1, y1, k1), (x2, y2, _) in itertools.pairwise(group)
     ]
     assert gaps == approx([0.487, 0.667, 0.847, 0.870], abs=1e-3)
     jump = series_slip.value(T.down, 50, -1) - series_slip.value(T.up, 50, 1)
@@ -154,7 +156,7 @@ def test_table_4_1_read_literally():
 
 def test_chained_elements_are_continuous():
     up = series_slip.chained(series_slip.TABLE_4_1.up)
-    for (x1, y1, k1), (x2, y2, _) in zip(up[:-1], up[1:], strict=True):
+    for (x1, y1, k1), (x2, y2, _) in itertools.pairwise(up):
         assert y1 + k1 * (x2 - x1) == approx(y2)
 
 
