@@ -158,23 +158,45 @@ def thresholds(x, n):
     return np.arange(n) * np.max(np.abs(x)) / n
 
 
-def fit(x, y, r, even=False, offset=False):
-    """Return w >= 0 of least squares: plays on x, then with `even` plays on |x|, and an offset.
+def fit(x, y, r, offset=False):
+    """Return w >= 0 of least squares, and an offset of either sign."""
+    z = plays(x, r)
+    ones = np.ones((len(x), 1)) * offset
+    found, _ = nnls(np.hstack([z, ones, -ones]), y, maxiter=10_000)
+    w, O = found[: len(r)], found[-2] - found[-1]
+    return SimpleNamespace(w=w, offset=O, y=z @ w + O)
 
-    Those on |x| may have either sign: a second, negated set stands for the negative part.
-    """
-    columns = [plays(x, r)]
-    if even:
-        side = plays(np.abs(x), r)
-        columns += [side, -side]
-    if offset:
-        columns += [np.ones((len(x), 1)), -np.ones((len(x), 1))]
-    w, _ = nnls(np.hstack(columns), y, maxiter=10_000)
-    odd, rest = w[: len(r)], w[len(r) :]
-    sides = rest[: len(r)] - rest[len(r) : 2 * len(r)] if even else None
-    return SimpleNamespace(
-        w=odd, v=sides, offset=rest[-2] - rest[-1] if offset else 0.0, y=np.hstack(columns) @ w
-    )
+
+def fit_stops(x, y, r):
+    """Return k >= 0 of y = k_0 x + sum k_i (x - z_i), i >= 1: loops that turn clockwise."""
+    A = np.column_stack([x, x[:, None] - plays(x, r)[:, 1:]])
+    k, _ = nnls(A, y, maxiter=10_000)
+    return SimpleNamespace(w=k, y=A @ k)
+
+
+def fit_even(x, y, r, r_even):
+    """Return w on x, v on |x| and an offset, of any sign: butterflies have no inverse anyway."""
+    A = np.hstack([plays(x, r), plays(np.abs(x), r_even), np.ones((len(x), 1))])
+    found = np.linalg.lstsq(A, y, rcond=None)[0]
+    n = len(r)
+    return SimpleNamespace(w=found[:n], v=found[n:-1], offset=found[-1], y=A @ found)
+
+
+def select_even(x, y, r, n):
+    """Return n half widths for x and n for |x| out of r, one by one: each time the best next."""
+    sides = np.hstack([plays(x, r), plays(np.abs(x), r)])
+    ones, chosen = np.ones((len(x), 1)), []
+
+    def loss(columns):
+        A = np.hstack([ones, sides[:, columns]])
+        return np.sum((A @ np.linalg.lstsq(A, y, rcond=None)[0] - y) ** 2)
+
+    for _ in range(2 * n):
+        full = [sum((c < len(r)) == side for c in chosen) >= n for side in (False, True)]
+        free = [c for c in range(2 * len(r)) if c not in chosen and not full[c < len(r)]]
+        chosen.append(min(free, key=lambda c: loss([*chosen, c])))
+    odd, even = (sorted(c % len(r) for c in chosen if (c < len(r)) == s) for s in (True, False))
+    return r[odd], r[even]
 
 
 def fit_modified(x, y, r, kappa, middle):

@@ -5,16 +5,14 @@
     Everett  E(alpha, beta) = integral of mu over beta <= b <= a <= alpha
                             = (f_alpha - f_alpha,beta)/2
     mu = 1/2 d2 f_alpha,beta/(d alpha d beta) from first-order reversal curves (FORC)
-    f(t) = f(-) + 2 sum_k [E(M_k, m_(k-1)) - E(M_k, m_k)] over the remembered extremes; from the
-    virgin state (relays of alpha + beta < 0 up) the first rise gives E(x, -x)
+    f(t) = f(-) + 2 sum_k [E(M_k, m_(k-1)) - E(M_k, m_k)] over the remembered extremes
+    virgin state: relays of alpha + beta < 0 up; first rise E(x, -x) if mu(a, b) = mu(-b, -a)
     play stack: E = sum w_i max((alpha - beta)/2 - r_i, 0)
 
 A cell (i, j), i >= j, holds alpha in [L_i, L_i+1] and beta in [L_j, L_j+1] of the levels L; its
 relay switches in the middle of both.  Inputs on the levels give relays and table alike.
 Mayergoyz, Mathematical Models of Hysteresis and Their Applications, 2003, chapter 1.
 """
-
-import itertools
 
 import numpy as np
 from scipy.optimize import nnls
@@ -91,47 +89,38 @@ def interpolate(E, levels, alpha, beta):
 
 
 def by_table(x, E, levels, start=-1.0):
-    """Return f by remembered extremes; `start`: -1 (all relays down) or "virgin"."""
+    """Return f by remembered extremes; `start`: -1 (all relays down) or "virgin".
 
-    def of(a, b):
-        return interpolate(E, levels, a, b)
-
-    low, high = levels[0], levels[-1]
+    The virgin state is reached as in the laboratory, by extremes that shrink.
+    """
+    before = virgin(levels) if start == "virgin" else []
+    ends, f = [levels[0]], [-interpolate(E, levels, levels[-1], levels[0])]
     out = []
-    for t in range(len(x)):
-        ends = extremes(x[: t + 1], start, low, high)
-        f = half(ends[0], of) if start == "virgin" else -of(high, low)
-        for a, b in itertools.pairwise(ends):
-            f += 2 * of(b, a) if b > a else -2 * of(a, b)
-        out.append(f)
-    return np.array(out)
-
-
-def half(x, of):
-    """Return the virgin curve: E(x, -x), odd."""
-    return of(x, -x) if x >= 0 else -of(-x, x)
-
-
-def extremes(x, start, low, high):
-    """Return the remembered extremes and the last input, by the wiping-out rule."""
-    ends = [low] if start != "virgin" else [0.0]
-    for xt in x:
+    for xt in [*before, *x]:
         while len(ends) > 1 and (ends[-1] - ends[-2]) * (xt - ends[-1]) >= 0:
-            ends.pop()  # the same way on
-            if start == "virgin" and len(ends) == 1:
-                break
-        ends = wiped(ends, xt, start)
-        ends.append(xt)
-    return ends[1:] if start == "virgin" else ends
+            del ends[-1], f[-1]  # the same way on: the last end was no extreme
+        while len(ends) > 2 and (xt - ends[-2]) * (ends[-2] - ends[-1]) >= 0:
+            del ends[-2:], f[-2:]  # beyond a remembered extreme: the pair is wiped out
+        if xt != ends[-1]:
+            a, b = max(xt, ends[-1]), min(xt, ends[-1])
+            f.append(f[-1] + (2 if xt > ends[-1] else -2) * interpolate(E, levels, a, b))
+            ends.append(xt)
+        out.append(f[-1])
+    return np.array(out[len(before) :])
 
 
-def wiped(ends, xt, start):
-    """Return the extremes that xt leaves: an excursion beyond a remembered one erases a pair."""
-    while len(ends) >= 3 and (xt - ends[-2]) * (ends[-2] - ends[-1]) >= 0:
-        ends = ends[:-2]
-    if start == "virgin" and len(ends) == 2 and abs(xt) >= abs(ends[1]):
-        return ends[:1]
-    return ends
+def virgin(levels, pairs=2000):
+    """Return the shrinking extremes, up first, that end at 0."""
+    k = np.arange(pairs)
+    return np.column_stack(
+        [levels[-1] * (1 - k / pairs), levels[0] * (1 - (k + 0.5) / pairs)]
+    ).ravel()
+
+
+def rows(x, levels, start=-1.0):
+    """Return the (N, cells) factors of mu in `by_table`, which is linear in mu."""
+    n = len(cells(len(levels) - 1))
+    return np.column_stack([by_table(x, everett(mu), levels, start) for mu in np.eye(n)])
 
 
 # -- identification ----------------------------------------------------------------------
@@ -147,11 +136,13 @@ def forc(levels, measure):
     return E
 
 
-def fit(x, y, levels, ridge, start=-1.0):
-    """Return mu >= 0 and an offset that minimise |y - f - offset|^2 + ridge |mu|^2."""
-    S = relays(x, levels, start)
+def fit(S, y, ridge):
+    """Return mu >= 0 and an offset that minimise |y - S mu - offset|^2 + ridge |mu|^2.
+
+    S are `relays` (a staircase) or `rows` (the interpolated table).
+    """
     n = S.shape[1]
     A = np.vstack([S, np.sqrt(ridge) * np.eye(n)])
-    ones = np.append(np.ones(len(x)), np.zeros(n))[:, None]
+    ones = np.append(np.ones(len(y)), np.zeros(n))[:, None]
     found, _ = nnls(np.hstack([A, ones, -ones]), np.append(y, np.zeros(n)), maxiter=20_000)
     return found[:n], found[n] - found[n + 1]

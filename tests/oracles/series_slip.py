@@ -103,29 +103,39 @@ def literal(x, group, direction):
     return total
 
 
-def identify(x, y, threshold, P0=100.0, consecutive=1, keep=True):
-    """Return both groups, on line, and the a-priori F of each sample.
+def identify(x, y, threshold, P0=100.0, consecutive=1, keep=True, back=False):
+    """Return both groups, on line, and the F of each sample after its update.
 
     `keep`: a new element starts from the slope of the one before; else from 0 as printed.
+    `back`: it starts at the last sample that was within the threshold, not at the one beyond;
+    then no F is further off than the threshold (with consecutive = 1).
     """
     groups = {1: [], -1: []}
-    direction, count, F = 1, 0, [y[0]]
+    direction, beyond, F = 1, [], [y[0]]
     x_b, y_b, k, P = x[0], y[0], 0.0, P0
-    origin = {1: (x[0], y[0])}
-    for t in range(1, len(x)):
-        if x[t] != x[t - 1] and (x[t] - x[t - 1]) * direction < 0:
-            groups[direction].append((x_b, y_b, k))
-            direction, count = -direction, 0
-            x_b, y_b, k, P = x[t - 1], y[t - 1], 0.0, P0
-            origin.setdefault(direction, (x_b, y_b))
+
+    def learn(t, k, P):
         d = x[t] - x_b
         k += P * d / (1 + d * P * d) * (y[t] - y_b - k * d)
-        P -= P * d * d * P / (1 + d * P * d)
-        F.append(y_b + k * d)
-        count = count + 1 if abs(y[t] - F[t]) > threshold else 0
-        if count >= consecutive:
+        return k, P - P * d * d * P / (1 + d * P * d), y_b + k * d
+
+    for t in range(1, len(x)):
+        if (x[t] - x[t - 1]) * direction < 0:
             groups[direction].append((x_b, y_b, k))
-            x_b, y_b, k, P, count = x[t], y[t], k if keep else 0.0, P0, 0
+            direction, beyond = -direction, []
+            x_b, y_b, k, P = x[t - 1], y[t - 1], 0.0, P0
+        before = k
+        k, P, Ft = learn(t, k, P)
+        beyond = [*beyond, (t, before)] if abs(y[t] - Ft) > threshold else []
+        if len(beyond) >= consecutive:
+            first, within = beyond[0]
+            k = within if back else k
+            groups[direction].append((x_b, y_b, k))
+            start = first - 1 if back else t
+            x_b, y_b, k, P, beyond = x[start], y[start], k if keep else 0.0, P0, []
+            for s in range(start + 1, t + 1):
+                k, P, Ft = learn(s, k, P)
+        F.append(Ft)
     groups[direction].append((x_b, y_b, k))
     return SimpleNamespace(up=tuple(groups[1]), down=tuple(groups[-1]), F=np.array(F))
 

@@ -86,10 +86,22 @@ def test_nnls_finds_the_stack_that_made_the_data():
     r, w = some_stack()
     x = walk(6, 600, 1.1)
     assert play.fit(x, play.stack(x, r, w), r).w == approx(w, abs=1e-10)
+    found = play.fit(x, play.stack(x, r, w) - 0.3, r, offset=True)
+    assert found.offset == approx(-0.3, abs=1e-10)
+    slips = x[:, None] - play.plays(x, r)[:, 1:]
+    assert play.fit_stops(x, x + slips @ w[1:], r).w == approx([1, *w[1:]], abs=1e-10)
+
+
+def test_a_butterfly_takes_plays_on_x_and_on_its_size():
+    r, w = some_stack(6)
+    x = walk(18, 400, 1.1)
     v = np.linspace(-0.1, 0.2, len(r))
     y = play.stack(x, r, w) + play.stack(abs(x), r, v) + 0.3
-    found = play.fit(x, y, r, even=True, offset=True)
-    assert found.y == approx(y, abs=1e-9)
+    found = play.fit_even(x, y, r, r)
+    assert found.v == approx(v, abs=1e-10) and found.offset == approx(0.3, abs=1e-10)
+    sparse = play.stack(x, r[[1, 4]], [1, 0.5]) + play.stack(abs(x), r[[0, 3]], [0.7, -0.3])
+    odd, even = play.select_even(x, sparse, r, 2)
+    assert odd == approx(r[[1, 4]]) and even == approx(r[[0, 3]])
 
 
 def test_the_convex_fit_finds_the_modified_stack():
@@ -100,6 +112,28 @@ def test_the_convex_fit_finds_the_modified_stack():
     found = play.fit_modified(x, y, r, kappa, 1)
     assert found.s == approx(s, abs=1e-9)
     assert found.w == approx(w, abs=1e-9)
+
+
+def test_an_asymmetric_stage_under_noise():
+    """METHODS 4: noise of 0.1 %, error on new data below 0.05 % of the range."""
+    r_true = np.arange(40) / 40
+    w_true = np.append(0.5, 0.02 * np.exp(-3 * r_true[1:]))
+    t = np.arange(1500) / 1500
+    x = np.sin(2 * np.pi * 9 * t) * (1 - 0.9 * t)
+    chirp = 0.9 * np.sin(2 * np.pi * 30 * t**2)
+    h = play.stack(x, r_true, w_true)
+    y = h + 0.25 * h**2
+    size = np.ptp(y)
+    noisy = y + 1e-3 * size * np.random.default_rng(20).normal(size=len(t))
+    r, kappa = np.arange(20) / 20, np.linspace(noisy.min(), noisy.max(), 13)
+    found = play.fit_modified(x, noisy, r, kappa, 6)
+    new = play.stack(chirp, r_true, w_true)
+    new += 0.25 * new**2
+    error = play.unwarp(play.stack(chirp, r, found.w), kappa, found.s) - new
+    assert np.sqrt(np.mean(error**2)) < 5e-4 * size
+    back = play.stack(play.warp(new, kappa, found.s), *play.inverse(r, found.w))
+    left = play.stack(back, r_true, w_true)
+    assert np.sqrt(np.mean((left + 0.25 * left**2 - new) ** 2)) < 5e-4 * size
 
 
 def test_forgetting_without_forgetting_is_nnls_with_a_ridge():
@@ -169,6 +203,24 @@ def test_a_broken_line_is_found_at_its_corner():
     assert [e[2] for e in found.down] == approx([0.5, 0.25], rel=1e-2)
 
 
+@pytest.mark.parametrize("back", [False, True])
+def test_threshold_of_half_a_micrometre_on_a_loop_of_60(back):
+    """ERRATA 4: 3 or 4 elements per direction, largest error 0.50 to 0.51 um."""
+    x, y = cycles.stage(1000, cycles=1, drift=0.0, slow=0.0, digit=0)
+    found = series_slip.identify(x, y, 0.5, back=back)
+    assert len(found.up) == 3 and len(found.down) == 3
+    assert abs(found.F - y).max() < (0.5 if back else 0.51) + 1e-12
+    assert abs(series_slip.anchored(x, found.up, found.down, y[0]) - y).max() < 0.51
+
+
+def test_noise_opens_elements_unless_several_samples_agree():
+    """ERRATA 4: the threshold in standard deviations of the noise."""
+    x, y = cycles.stage(2000, cycles=1, drift=0.0, slow=0.0, digit=0, noise=0.25)
+    once, thrice = (series_slip.identify(x, y, 0.5, consecutive=n) for n in (1, 3))
+    assert len(once.up) + len(once.down) > 100
+    assert len(thrice.up) + len(thrice.down) <= 12
+
+
 def test_the_inverse_of_anchored_segments():
     T = series_slip.TABLE_4_1
     for group, way in ((T.up, 1), (T.down, -1)):
@@ -197,23 +249,28 @@ def test_everett_and_weights_are_each_others_inverse():
     assert preisach.weights(preisach.everett(mu)) == approx(mu, abs=1e-12)
 
 
-@pytest.mark.parametrize("start", [-1.0, "virgin"])
-def test_the_table_says_what_the_relays_say(start):
-    x = on_levels(10)
+def test_the_table_says_what_the_relays_say():
+    x, mu = on_levels(10), random_mu()
+    relays = preisach.output(x, LEVELS, mu)
+    assert preisach.by_table(x, preisach.everett(mu), LEVELS) == approx(relays, abs=1e-11)
+
+
+def test_the_first_rise_of_a_symmetric_mu_is_e_x_minus_x():
+    n = len(LEVELS) - 1
+    place = {tuple(c): k for k, c in enumerate(preisach.cells(n))}
     mu = random_mu()
-    if start == "virgin":  # E(x, -x) asks for mu(alpha, beta) = mu(-beta, -alpha)
-        n = len(LEVELS) - 1
-        place = {tuple(c): k for k, c in enumerate(preisach.cells(n))}
-        mu = np.array([mu[k] + mu[place[n - 1 - j, n - 1 - i]] for (i, j), k in place.items()])
-    relays = preisach.output(x, LEVELS, mu, start)
-    assert preisach.by_table(x, preisach.everett(mu), LEVELS, start) == approx(relays, abs=1e-11)
+    mu = np.array([mu[k] + mu[place[n - 1 - j, n - 1 - i]] for (i, j), k in place.items()])
+    E, x = preisach.everett(mu), LEVELS[4:]
+    curve = [preisach.interpolate(E, LEVELS, a, -a) for a in x]
+    assert preisach.by_table(x, E, LEVELS, "virgin") == approx(curve, abs=2e-2)
+    assert preisach.output(x, LEVELS, mu, "virgin") == approx(curve, abs=1e-11)
 
 
 def test_a_play_stack_is_a_preisach_model():
     r, w = np.array([0, 0.25, 0.5, 0.75]) / 2, np.array([1, 0.5, 0.3, 0.2])
     E = preisach.play_everett(LEVELS, r, w)
     x = on_levels(11)
-    assert preisach.by_table(x, E, LEVELS, "virgin") == approx(play.stack(x, r, w), abs=1e-12)
+    assert preisach.by_table(x, E, LEVELS, "virgin") == approx(play.stack(x, r, w), abs=2e-3)
 
 
 def test_reversal_curves_identify_the_relays():
@@ -225,10 +282,10 @@ def test_reversal_curves_identify_the_relays():
 
 def test_nnls_finds_the_relays():
     mu = random_mu(13)
-    x = on_levels(14, 400)
-    found, offset = preisach.fit(x, preisach.output(x, LEVELS, mu) + 0.5, LEVELS, 1e-12)
-    y = preisach.relays(x, LEVELS) @ found + offset
-    assert y == approx(preisach.output(x, LEVELS, mu) + 0.5, abs=1e-6)
+    for x, states in ((on_levels(14, 400), preisach.relays), (walk(14, 300), preisach.rows)):
+        S = states(x, LEVELS)
+        found, offset = preisach.fit(S, S @ mu + 0.5, 1e-12)
+        assert S @ found + offset == approx(S @ mu + 0.5, abs=1e-6)
 
 
 # -- Bouc-Wen ----------------------------------------------------------------------------
