@@ -92,6 +92,8 @@ def ordered(poles):
 def basis(pattern, q, t):
     """Return the columns [1, phi_1(t), ..., phi_k(t)]; on a uniform grid by doubling."""
     A = matrix(pattern, q)
+    if not pattern:
+        return np.ones((len(t), 1))
     h = np.diff(t)
     if len(h) and np.all(np.abs(h - h[0]) < 1e-9 * h[0]):
         step, rows = expm(A * h[0]), expm(A * t[0])[:1]
@@ -240,15 +242,17 @@ def fit(t, y, poles, cov="white"):
     `poles` distinct or not, real or complex.  `cov` "white" is s^2 (J'J)^-1; "ar1" multiplies
     by (1 + r)/(1 - r), r the lag-1 correlation of the residual.
 
-    Only partners of a pair turn complex.  Where two others have met, the search stands on the
-    seam; paired anew it goes on, until pairing anew gains nothing.
+    Only partners of a pair turn complex.  Where two others have met, the search stands on a
+    seam; paired anew it goes on.
     """
     t, y = np.asarray(t, float), np.asarray(y, float)
     found = search(t - t[0], y, poles, cov)
     for _ in range(5):
-        poles = found.poles * (1 + 1e-3 * np.linspace(-1, 1, found.order) * (found.poles.imag == 0))
-        again = search(t - t[0], y, poles, cov)
-        if not again.rss < found.rss * (1 - 1e-6):
+        q = sections(found.poles)[1]
+        if np.allclose(q, found.q, rtol=0, atol=1e-3):
+            break
+        again = search(t - t[0], y, found.poles, cov)
+        if again.rss >= found.rss * (1 - 1e-6):
             break
         found = again
     return found
@@ -308,10 +312,8 @@ def assess(x, y, pattern, q, X, c, e, cov):
     if singular[-1] > 1e-12 * singular[0]:
         Ri = np.linalg.inv(R)
         P = s2 * (Ri @ Ri.T) / np.outer(size, size)
-    out = SimpleNamespace(
-        order=k, pattern=pattern, q=q, poles=roots(pattern, q), K=float(c[0]), c=c[1:],
-        P=P, sd_K=float(np.sqrt(P[k, k])), rss=rss, N=N, s=np.sqrt(s2), eps=e, condition=singular[0] / singular[-1],
-    )  # fmt: skip
+    out = SimpleNamespace(order=k, pattern=pattern, q=q, poles=roots(pattern, q), N=N, rss=rss, P=P)
+    out.K, out.c, out.sd_K, out.s, out.eps = float(c[0]), c[1:], np.sqrt(P[k, k]), s2**0.5, e
     out.bic = N * np.log(max(rss / N, FLOOR * np.var(y))) + (2 * k + 2) * np.log(N)
     out.T, out.sd_lnT = time_constants(pattern, q, P[:k, :k])
     return out
@@ -320,8 +322,8 @@ def assess(x, y, pattern, q, X, c, e, cov):
 def time_constants(pattern, q, P):
     """Return |1/p| by rising size and sd(ln of it), delta rule on [ln w, ln zeta].
 
-    Real pair: T = (zeta +- root)/w, d ln T/d ln zeta = +- zeta/root, root = sqrt(zeta^2 - 1): infinite
-    at the repeated root, where w and zeta themselves are the answer.  Complex pair: 1/w twice.
+    Real pair: T = (zeta +- root)/w, d ln T/d ln zeta = +- zeta/root, root = sqrt(zeta^2 - 1):
+    infinite at the repeated root, where w and zeta are the answer.  Complex pair: 1/w twice.
     """
     T, sd, at = [], [], 0
     for kind in pattern:
@@ -331,16 +333,21 @@ def time_constants(pattern, q, P):
             sd.append(np.sqrt(P[at, at]))
         else:
             zeta = np.exp(q[at + 1])
-            root2 = zeta**2 - 1
-            block = P[at : at + 2, at : at + 2]
+            root = np.sqrt(max(zeta**2 - 1, 0.0))
             for sign in (1, -1):
-                slope = sign * zeta / np.sqrt(root2) if root2 > 0 else 0.0
-                g = np.array([-1.0, slope])
-                T.append((zeta + np.sqrt(root2)) ** sign / w if root2 > 0 else 1 / w)
-                sd.append(np.sqrt(g @ block @ g))
+                g = np.array([-1.0, sign * zeta / root if root else 0.0])
+                T.append((zeta + root) ** sign / w)
+                sd.append(deviation(g, P[at : at + 2, at : at + 2]))
         at += int(kind)
     i = np.argsort(T, kind="stable")
     return np.array(T)[i], np.array(sd)[i]
+
+
+def deviation(g, P):
+    """Return sqrt(g' P g), infinite where P is."""
+    if not np.all(np.isfinite(P)):
+        return np.inf
+    return float(np.sqrt(max(g @ P @ g, 0.0)))
 
 
 # -- the search over starts and orders ---------------------------------------------------------
@@ -353,16 +360,18 @@ def repair(poles, x):
     for p in poles:
         if not np.isfinite(p):
             p = complex(-fast)
-        p = complex(-abs(p.real) if p.real else -1e-3 * abs(p), p.imag)
+        p = complex(-abs(p.real) or -1e-3 * abs(p), p.imag)
         out.append(p * np.clip(abs(p), slow, fast) / abs(p))
-    # what was made out of one of a pair alone is taken as real
-    return np.array(
-        [p if any(abs(p.conjugate() - o) < 1e-9 * abs(p) for o in out) else -abs(p) for p in out]
-    )
+    # one of a pair that lost its partner (a root below 0) is taken as real
+    whole = [any(abs(p.conjugate() - o) < 1e-9 * abs(p) for o in out) for p in out]
+    return np.array([p if w else complex(-abs(p)) for p, w in zip(out, whole, strict=True)])
 
 
 def starts(t, y, k, lower=None):
-    """Return {name: poles}: pencil and integrals of block means, a pole added to the order below."""
+    """Return {name: poles}: pencil of block means, integrals, one pole more than the order below.
+
+    That one is faster than all by 4, between two neighbours, or slower than all by 3.
+    """
     x = t - t[0]
     out = {}
     b, h = blocks(y, x[-1] / (len(x) - 1))
@@ -370,31 +379,72 @@ def starts(t, y, k, lower=None):
         out["pencil"] = repair(pencil(b, h, k), x)
     out["integrals"] = repair(integrals(t, y, k), x)
     if lower is not None:
-        T = np.sort(1 / np.abs(lower.poles)) if k > 1 else np.array([x[-1] / 9])
-        new = (
-            [T[0] / 4, *np.sqrt(T[1:] * T[:-1]), T[-1] * 3]
-            if k > 1
-            else [x[-1] / 100, x[-1] / 10, x[-1]]
-        )
+        T = np.sort(1 / np.abs(lower.poles)) if k > 1 else x[-1:] / 9
+        new = [T[0] / 4, *np.sqrt(T[1:] * T[:-1]), T[-1] * 3]
         for i, Ti in enumerate(new):
             out[f"added {i}"] = repair([*lower.poles, complex(-1 / Ti)], x)
     return out
 
 
-def best(t, y, k, lower=None, cov="white"):
-    """Return the fit of order k with the least residual of all starts."""
+def best(t, y, k, lower=None, cov="white", only=None):
+    """Return the fit of order k with the least residual of all starts (or of those in `only`)."""
     if k == 0:
         return search(t - t[0], y, [], cov)
-    fits = {name: fit(t, y, p, cov) for name, p in starts(t, y, k, lower).items()}
-    name = min(fits, key=lambda n: fits[n].rss)
-    fits[name].start = name
-    fits[name].all = {n: f.rss for n, f in fits.items()}
-    return fits[name]
+    tries = starts(t, y, k, lower)
+    fits = {n: fit(t, y, p, cov) for n, p in tries.items() if only is None or n in only}
+    found = min(fits.values(), key=lambda f: f.rss)
+    found.tried = {n: f.rss for n, f in fits.items()}
+    return found
 
 
-def orders(t, y, k_max=4, cov="white"):
+def orders(t, y, k_max=4, cov="white", only=None):
     """Return the best fits of order 0, 1, ..., k_max."""
     out = []
     for k in range(k_max + 1):
-        out.append(best(t, y, k, out[-1] if out else None, cov))
+        out.append(best(t, y, k, out[-1] if out else None, cov, only))
     return out
+
+
+# -- what the data support ------------------------------------------------------------------
+
+
+def modes(fit, sure=1.96):
+    """Return the modes of a fit: what each section says, and the deviation that judges it.
+
+    kind "lag": T.  "oscillation": zeta < 1 by `sure` deviations.  "pair": zeta = 1 within
+    `sure` deviations, two time constants that the data do not tell apart (or a repeated one):
+    T = 1/w and zeta stand for both.  `sd` is the largest of the deviations of their logarithms.
+    """
+    out, at = [], 0
+    k = fit.order
+    for kind in fit.pattern:
+        w, block = np.exp(fit.q[at]), fit.P[at : at + int(kind), at : at + int(kind)]
+        sd = np.sqrt(np.diag(block))
+        if kind == "1":
+            out.append(SimpleNamespace(kind="lag", T=1 / w, sd=sd[0]))
+        elif fit.q[at + 1] > sure * sd[1]:
+            T, each = time_constants("2", fit.q[at : at + 2], block)
+            out += [SimpleNamespace(kind="lag", T=T[i], sd=each[i]) for i in (0, 1)]
+        else:
+            name = "oscillation" if fit.q[at + 1] < -sure * sd[1] else "pair"
+            zeta = np.exp(fit.q[at + 1])
+            out.append(SimpleNamespace(kind=name, T=1 / w, zeta=zeta, sd=max(sd), sd_zeta=sd[1]))
+        at += int(kind)
+    assert at == k
+    return sorted(out, key=lambda m: m.T)
+
+
+def choose(fits, limit=0.5):
+    """Return the fit that the data support, the order of least BIC, and why it was lowered.
+
+    From the order of least BIC downwards to the first whose modes all have deviations (of
+    ln T, ln w, ln zeta) below `limit`: 0.5 is a factor of 2.7 either way at 95 %.
+    """
+    top = int(np.argmin([f.bic for f in fits]))
+    refused = []
+    for k in range(top, 0, -1):
+        worst = max(modes(fits[k]), key=lambda m: m.sd)
+        if worst.sd < limit:
+            return SimpleNamespace(fit=fits[k], order=k, bic_order=top, refused=refused)
+        refused.append((k, worst))
+    return SimpleNamespace(fit=fits[0], order=0, bic_order=top, refused=refused)
