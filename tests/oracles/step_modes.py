@@ -6,25 +6,22 @@ The phi_j span all solutions of (d/dt - p_1) ... (d/dt - p_k) phi = 0.  Sections
 poles, s + w, or s^2 + 2 zeta w s + w^2, and the phi_j are the outputs of the row from each of its
 states, e_1' e^(At) with A block bidiagonal: smooth in ln w and ln zeta through repeated roots
 (zeta = 1) and from real to complex ones, where the e^(p_i t) themselves become parallel.
-Initial state, zeros and a delay already over only change the c_j.
+Initial state, zeros and a delay already over only change the c_j.  Several steps share K, the
+poles and the level at rest O, y = O + K u + ..., and have c_j each.
 
-Starts, all without knowing K or the state, exact without noise:
-
-    pencil     roots of Y1 - z Y0, Y of rank k + 1; Hua & Sarkar, IEEE ASSP 38, 1990
-    prony      sum_j d_j (y[n - j] - K) = 0 by least squares; source 003, (15)
-    integrals  y = sum_j a_j I^j y + polynomial of degree k, I the integral from the first row
-
-Answer: variable projection, c and K by QR inside the search over (ln w, ln zeta); Golub & Pereyra,
-SIAM J. Num. Anal. 10, 1973.  Cov = s^2 (J'J)^-1 of all parameters (the Cramer-Rao bound for
-white e), delta rule for the time constants.  Order by BIC = N ln max(RSS/N, floor) + n ln N,
-floor = 1e-12 var(y).  METHODS 5.
+c, K and O by QR inside the search over (ln w, ln zeta): variable projection, Golub & Pereyra,
+SIAM J. Num. Anal. 10, 1973.  Cov = s^2 (J'J)^-1 of all parameters, the Cramer-Rao bound for white
+e; delta rule for the time constants.  Order by BIC = N ln max(RSS/N, floor) + n ln N, floor =
+1e-12 var(y).  With e of lag-1 correlation r, N counts as N (1 - r)/(1 + r).  METHODS 5, 2.4.
 """
 
 from types import SimpleNamespace
 
 import numpy as np
-from scipy.linalg import expm, hankel
+from scipy.linalg import block_diag, expm
 from scipy.optimize import least_squares
+
+from oracles.step_starts import blocks, integrals, ordered, pencil
 
 FLOOR = 1e-12  # of var(y): below it a smaller residual is rounding, not evidence
 
@@ -59,17 +56,16 @@ def matrix(pattern, q):
         w = np.exp(q[at])
         if kind == "1":
             A[i, i] = -w
-        else:
-            # states scaled by w, so that no entry grows faster than w
+        else:  # states scaled by w, so that no entry grows faster than w
             A[i : i + 2, i : i + 2] = [[0, w], [-w, -2 * np.exp(q[at + 1]) * w]]
         if i:
-            A[i - 1, i] = abs(A[i - 1, i - 1]) or w
+            A[i - 1, i] = w
         i, at = i + int(kind), at + int(kind)
     return A
 
 
 def roots(pattern, q):
-    """Return the poles, slowest last, in closed form: eigenvalues of a repeated root split."""
+    """Return the poles in closed form: as eigenvalues of A a repeated root would split."""
     poles, at = [], 0
     for kind in pattern:
         w = np.exp(q[at])
@@ -77,194 +73,72 @@ def roots(pattern, q):
             poles.append(-w)
         else:
             zeta = np.exp(q[at + 1])
-            root = np.sqrt(complex(zeta**2 - 1))
-            fast = -w * (zeta + root)
+            fast = -w * (zeta + np.sqrt(complex(zeta**2 - 1)))
             poles += [fast, w**2 / fast]  # the product, not the difference: no digits lost
         at += int(kind)
     return ordered(np.array(poles, complex))
 
 
-def ordered(poles):
-    """Return poles by rising time constant, conjugates side by side."""
-    return poles[np.lexsort((poles.imag, np.abs(poles.imag), poles.real))]
-
-
 def basis(pattern, q, t):
-    """Return the columns [1, phi_1(t), ..., phi_k(t)]; on a uniform grid by doubling."""
-    A = matrix(pattern, q)
+    """Return the columns phi_1(t), ..., phi_k(t); on a uniform grid by doubling."""
     if not pattern:
-        return np.ones((len(t), 1))
+        return np.zeros((len(t), 0))
+    A = matrix(pattern, q)
     h = np.diff(t)
-    if len(h) and np.all(np.abs(h - h[0]) < 1e-9 * h[0]):
-        step, rows = expm(A * h[0]), expm(A * t[0])[:1]
-        while len(rows) < len(t):
-            rows, step = np.vstack([rows, rows @ step]), step @ step
-        rows = rows[: len(t)]
-    else:
-        rows = expm(t[:, None, None] * A)[:, 0]
-    return np.column_stack([np.ones(len(t)), rows])
+    if np.any(np.abs(h - h[0]) > 1e-9 * h[0]):
+        return expm(t[:, None, None] * A)[:, 0]
+    step, rows = expm(A * h[0]), expm(A * t[0])[:1]
+    while len(rows) < len(t):
+        rows, step = np.vstack([rows, rows @ step]), step @ step
+    return rows[: len(t)]
 
 
-# -- starts --------------------------------------------------------------------------------
-
-
-def blocks(y, dt, most=200):
-    """Return block means of y and their spacing: e^(pt) stays e^(pt), white noise falls."""
-    m = max(1, len(y) // most)
-    n = len(y) // m
-    return y[: n * m].reshape(n, m).mean(axis=1), m * dt
-
-
-def pencil(y, dt, k, part=0.5):
-    """Return k poles of y by the matrix pencil; the root nearest 1 is the constant."""
-    N = len(y)
-    L = int(part * N)
-    H = hankel(y[: N - L], y[N - L - 1 :])
-    V = np.linalg.svd(H, full_matrices=False)[2][: k + 1].T
-    z = np.linalg.eigvals(np.linalg.lstsq(V[:-1], V[1:], rcond=None)[0]).astype(complex)
-    z = np.delete(z, np.argmin(np.abs(z - 1)))
-    with np.errstate(divide="ignore"):
-        return ordered(np.log(z) / dt)
-
-
-def prony(y, dt, k, lag=1):
-    """Return k poles from sum_j d_j (y[n - j lag] - K) = 0; the constant drops out with the means.
-
-    (15) of source 003 with K free, its rows scaled to d_0 = 1 instead of sum d = 1.
-    """
-    N = len(y)
-    Y = np.column_stack([y[(k - j) * lag : N - j * lag] for j in range(k + 1)])
-    Y = Y - Y.mean(axis=0)
-    a = np.linalg.lstsq(Y[:, 1:], -Y[:, 0], rcond=None)[0]
-    z = np.roots(np.append(1.0, a)).astype(complex)
-    with np.errstate(divide="ignore"):
-        return ordered(np.log(z) / (dt * lag))
-
-
-def integrals(t, y, k):
-    """Return k poles from y = a_1 Iy + ... + a_k I^k y + polynomial of degree k.
-
-    The sum of exponentials obeys a differential equation of order k whose right side is
-    constant; k integrals make it free of derivatives, and the polynomial holds the
-    state and K.  Integrals by the cubic through each four neighbours, any spacing.
-    """
-    t = t - t[0]
-    scale = t[-1]
-    x, columns, z = t / scale, [], y
-    for _ in range(k):
-        z = integral(x, z)
-        columns.append(z)
-    columns += [np.ones(len(x))]
-    columns += [np.polynomial.legendre.legval(2 * x - 1, np.eye(k + 1)[j]) for j in range(1, k + 1)]
-    X = np.column_stack(columns)
-    size = np.linalg.norm(X, axis=0)
-    a = np.linalg.lstsq(X / size, y, rcond=None)[0] / size
-    return ordered(np.roots(np.append(1.0, -a[:k])).astype(complex) / scale)
-
-
-def integral(x, y):
-    """Return the integral of y from x[0] to each x: cubic through four neighbours."""
-    n = len(x)
-    if n < 4:
-        return np.concatenate([[0.0], np.cumsum((y[1:] + y[:-1]) / 2 * np.diff(x))])
-    node = np.sqrt(1 / 3) * np.array([-1, 1])  # two Gauss points are exact for a cubic
-    first = np.clip(np.arange(n - 1) - 1, 0, n - 4)
-    pieces = np.zeros(n - 1)
-    half = np.diff(x) / 2
-    for g in node:
-        at = x[:-1] + half * (1 + g)
-        value = np.zeros(n - 1)
-        for i in range(4):
-            weight = np.ones(n - 1)
-            for j in range(4):
-                if j != i:
-                    weight *= (at - x[first + j]) / (x[first + i] - x[first + j])
-            value += weight * y[first + i]
-        pieces += half * value
-    return np.concatenate([[0.0], np.cumsum(pieces)])
-
-
-# -- areas: one, two or n equal time constants at once ---------------------------------------
-
-
-def area_fopdt(t, y, y0, y1):
-    """Return T, L from two areas: A0 = int (y1 - y) = K(T + L), A1 = int_0^(T+L) (y - y0) = KT/e.
-
-    The step at t[0] = 0 from rest at y0 to y1; Astrom & Hagglund, PID Controllers, 1995, 2.4.
-    """
-    K = y1 - y0
-    total = integral(t, y1 - y)[-1] / K
-    up_to = np.interp(total, t, integral(t, y - y0)) / K
-    T = np.e * up_to
-    return T, total - T
-
-
-def equal_lags(t, y, y0, y1):
-    """Return n, T of 1/(Ts + 1)^n with the mean and variance of the impulse response.
-
-    mean = int (1 - s) dt = nT, mean of squares = 2 int t (1 - s) dt, s the unit step
-    response; n is real, rounded by whoever needs a row of tanks (Strejc 1959).
-    """
-    rest = (y1 - y) / (y1 - y0)
-    mean = integral(t, rest)[-1]
-    variance = 2 * integral(t, t * rest)[-1] - mean**2
-    return mean**2 / variance, variance / mean
-
-
-def integral_fopdt(t, y, late):
-    """Return K, T, L, y0 of a unit step at t = 0 from int y = -T y + (K + y0) t + T y0 - K L.
-
-    Linear in what is unknown, the state before the step too; rows with t > late alone, past
-    the delay.  y0 is the mean of the rows before t = 0.  Bi et al., Control Eng. Practice 7, 1999.
-    """
-    before = t < 0
-    y0 = y[before].mean() if before.any() else y[0]
-    at = np.append(0.0, t[t > 0])
-    v = np.append(0.0, y[t > 0] - y0)
-    area = integral(at, v)
-    use = at > late
-    X = np.column_stack([-v, at, -np.ones(len(at))])[use]
-    # instruments without noise: area = -T v + K t - K L with v from the first pass
-    T, K, KL = np.linalg.lstsq(X, area[use], rcond=None)[0]
-    for _ in range(3):
-        clean = K * -np.expm1(-np.maximum(at - KL / K, 0) / max(T, 1e-9))
-        Z = np.column_stack([-clean, at, -np.ones(len(at))])[use]
-        T, K, KL = np.linalg.solve(Z.T @ X, Z.T @ area[use])
-    return K, T, KL / K, y0
+def columns(pattern, q, x, u):
+    """Return [1, u, phi of each step]; u only where it takes two values or more."""
+    level = np.concatenate([np.full(len(t), v) for t, v in zip(x, u, strict=True)])
+    common = [np.ones(len(level))] + ([level] if len(set(u)) > 1 else [])
+    return np.column_stack([*common, block_diag(*(basis(pattern, q, t) for t in x))])
 
 
 # -- variable projection ---------------------------------------------------------------------
 
 
-def fit(t, y, poles, cov="white"):
+def fit(t, y, poles, u=(1.0,)):
     """Return the least-squares sum of exponentials from one start.
 
-    `poles` distinct or not, real or complex.  `cov` "white" is s^2 (J'J)^-1; "ar1" multiplies
-    by (1 + r)/(1 - r), r the lag-1 correlation of the residual.
+    t and y are arrays, or lists of them with the levels u, one for each step.  `poles` distinct
+    or not, real or complex.
 
     Only partners of a pair turn complex.  Where two others have met, the search stands on a
     seam; paired anew it goes on.
     """
-    t, y = np.asarray(t, float), np.asarray(y, float)
-    found = search(t - t[0], y, poles, cov)
+    x, y = parts(t, y)
+    found = search(x, y, u, poles)
     for _ in range(5):
         q = sections(found.poles)[1]
         if np.allclose(q, found.q, rtol=0, atol=1e-3):
             break
-        again = search(t - t[0], y, found.poles, cov)
+        again = search(x, y, u, found.poles)
         if again.rss >= found.rss * (1 - 1e-6):
             break
         found = again
     return found
 
 
-def search(x, y, poles, cov):
+def parts(t, y):
+    """Return the times of each step from its first row, and all y in one."""
+    if np.ndim(t[0]) == 0:
+        t, y = [t], [y]
+    return [np.asarray(ti, float) - ti[0] for ti in t], np.concatenate(y)
+
+
+def search(x, y, u, poles):
     """Return the minimum that MINPACK reaches over [ln w, ln zeta] from these poles."""
     pattern, q0 = sections(poles)
     low, high = limits(pattern, x)
 
     def project(q):
-        X = basis(pattern, np.clip(q, low, high), x)
+        X = columns(pattern, np.clip(q, low, high), x, u)
         size = np.linalg.norm(X, axis=0) + 1e-300
         c = np.linalg.lstsq(X / size, y, rcond=1e-14)[0] / size
         return X, c
@@ -278,12 +152,17 @@ def search(x, y, poles, cov):
         q = least_squares(eps, q0, method="lm", xtol=1e-10, ftol=1e-12, max_nfev=60 * len(q)).x
     q = np.clip(q, low, high)
     X, c = project(q)
-    return assess(x, y, pattern, q, X, c, y - X @ c, cov)
+    return assess(x, y, u, pattern, q, X, c)
+
+
+def reach(x):
+    """Return the fastest and slowest rate looked for: T from dt/3 to ten records."""
+    return 3 / min(np.min(np.diff(t)) for t in x), 0.1 / max(t[-1] for t in x)
 
 
 def limits(pattern, x):
-    """Return the box of q: time constants from a third of a sample to ten records."""
-    fast, slow = np.log(3 / np.min(np.diff(x))), np.log(0.1 / x[-1])
+    """Return the box of q."""
+    fast, slow = np.log(reach(x))
     low, high = [], []
     for kind in pattern:
         low += [slow] + [np.log(1e-3)] * (kind == "2")
@@ -291,32 +170,41 @@ def limits(pattern, x):
     return np.array(low), np.array(high)
 
 
-def assess(x, y, pattern, q, X, c, e, cov):
-    """Return the fit with the covariance of [q, K, c] and of what q means."""
-    k, N = len(q), len(y)
-    rss = float(e @ e)
-    h = 1e-5
-    J = [
-        (basis(pattern, q + h * d, x) @ c - basis(pattern, q - h * d, x) @ c) / (2 * h)
+def assess(x, y, u, pattern, q, X, c):
+    """Return the fit with the covariance P of [q, O and K or O + K, c] for white e.
+
+    `K` is the last level, with several steps the gain; `sd_lnT` is of ln T.
+    """
+    e = y - X @ c
+    k, N, h = len(q), len(y), 1e-5
+    slopes = [
+        (columns(pattern, q + h * d, x, u) @ c - columns(pattern, q - h * d, x, u) @ c) / (2 * h)
         for d in np.eye(k)
     ]
-    J = np.column_stack([*J, X])
-    size = np.linalg.norm(J, axis=0)
-    R = np.linalg.qr(J / size, mode="r")
-    singular = np.linalg.svd(R, compute_uv=False)
-    s2 = rss / (N - J.shape[1])
-    if cov == "ar1":
-        r = max(0.0, float(e[1:] @ e[:-1]) / max(rss, 1e-300))
-        s2 *= (1 + r) / (1 - r)
-    P = np.full((len(size),) * 2, np.inf)
-    if singular[-1] > 1e-12 * singular[0]:
-        Ri = np.linalg.inv(R)
-        P = s2 * (Ri @ Ri.T) / np.outer(size, size)
-    out = SimpleNamespace(order=k, pattern=pattern, q=q, poles=roots(pattern, q), N=N, rss=rss, P=P)
-    out.K, out.c, out.sd_K, out.s, out.eps = float(c[0]), c[1:], np.sqrt(P[k, k]), s2**0.5, e
-    out.bic = N * np.log(max(rss / N, FLOOR * np.var(y))) + (2 * k + 2) * np.log(N)
-    out.T, out.sd_lnT = time_constants(pattern, q, P[:k, :k])
+    J = np.column_stack([*slopes, X])
+    rss, n = float(e @ e), J.shape[1]
+    out = SimpleNamespace(order=k, pattern=pattern, q=q, poles=roots(pattern, q), N=N, n=n)
+    out.rss, out.eps, out.c = rss, e, c
+    out.s2 = rss / (N - n)
+    out.P = out.s2 * covariance(J)
+    out.r = float(e[1:] @ e[:-1]) / rss if rss > FLOOR * N * np.var(y) else 0.0
+    out.floor = FLOOR * np.var(y)
+    out.level = 1 if len(set(u)) > 1 else 0
+    out.K, out.sd_K = float(c[out.level]), float(np.sqrt(out.P[k + out.level, k + out.level]))
+    out.T, out.sd_lnT = time_constants(pattern, q, out.P[:k, :k])
     return out
+
+
+def covariance(J):
+    """Return (J'J)^-1 by QR of the scaled columns; infinite where it has no inverse."""
+    size = np.linalg.norm(J, axis=0)
+    if np.all(size > 0):
+        R = np.linalg.qr(J / size, mode="r")
+        singular = np.linalg.svd(R, compute_uv=False)
+        if singular[-1] > 1e-12 * singular[0]:
+            Ri = np.linalg.inv(R)
+            return (Ri @ Ri.T) / np.outer(size, size)
+    return np.full((len(size),) * 2, np.inf)
 
 
 def time_constants(pattern, q, P):
@@ -355,7 +243,7 @@ def deviation(g, P):
 
 def repair(poles, x):
     """Return poles inside the limits: reflected when unstable, time constants cut to the range."""
-    fast, slow = 3 / np.min(np.diff(x)), 0.1 / x[-1]
+    fast, slow = reach(x)
     out = []
     for p in poles:
         if not np.isfinite(p):
@@ -370,45 +258,60 @@ def repair(poles, x):
 def starts(t, y, k, lower=None):
     """Return {name: poles}: pencil of block means, integrals, one pole more than the order below.
 
-    That one is faster than all by 4, between two neighbours, or slower than all by 3.
+    That one is faster than all by 4, between two neighbours, or slower than all by 3.  Of
+    several steps the longest is taken.
     """
-    x = t - t[0]
-    out = {}
-    b, h = blocks(y, x[-1] / (len(x) - 1))
-    if len(b) > 3 * k + 3:
-        out["pencil"] = repair(pencil(b, h, k), x)
+    x, _ = parts(t, y)
+    if np.ndim(t[0]):
+        longest = int(np.argmax([len(ti) for ti in t]))
+        t, y = t[longest], y[longest]
+    span, out = t[-1] - t[0], {}
+    means, h = blocks(y, span / (len(t) - 1))
+    if len(means) > 3 * k + 3:
+        out["pencil"] = repair(pencil(means, h, k), x)
     out["integrals"] = repair(integrals(t, y, k), x)
     if lower is not None:
-        T = np.sort(1 / np.abs(lower.poles)) if k > 1 else x[-1:] / 9
-        new = [T[0] / 4, *np.sqrt(T[1:] * T[:-1]), T[-1] * 3]
-        for i, Ti in enumerate(new):
+        T = np.sort(1 / np.abs(lower.poles)) if k > 1 else np.array([span / 9])
+        for i, Ti in enumerate([T[0] / 4, *np.sqrt(T[1:] * T[:-1]), T[-1] * 3]):
             out[f"added {i}"] = repair([*lower.poles, complex(-1 / Ti)], x)
     return out
 
 
-def best(t, y, k, lower=None, cov="white", only=None):
+def best(t, y, k, lower=None, u=(1.0,), only=None):
     """Return the fit of order k with the least residual of all starts (or of those in `only`)."""
     if k == 0:
-        return search(t - t[0], y, [], cov)
+        return search(*parts(t, y), u, [])
     tries = starts(t, y, k, lower)
-    fits = {n: fit(t, y, p, cov) for n, p in tries.items() if only is None or n in only}
+    fits = {n: fit(t, y, p, u) for n, p in tries.items() if only is None or n in only}
     found = min(fits.values(), key=lambda f: f.rss)
     found.tried = {n: f.rss for n, f in fits.items()}
     return found
 
 
-def orders(t, y, k_max=4, cov="white", only=None):
+def orders(t, y, k_max=4, u=(1.0,), only=None):
     """Return the best fits of order 0, 1, ..., k_max."""
     out = []
     for k in range(k_max + 1):
-        out.append(best(t, y, k, out[-1] if out else None, cov, only))
+        out.append(best(t, y, k, out[-1] if out else None, u, only))
     return out
 
 
 # -- what the data support ------------------------------------------------------------------
 
 
-def modes(fit, sure=1.96):
+def colour(fits):
+    """Return r, the lag-1 correlation of the least coloured residual; 0 within two deviations."""
+    f = min(fits, key=lambda f: abs(f.r))
+    return f.r if f.r > 2 / np.sqrt(f.N) else 0.0
+
+
+def bic(f, r=0.0):
+    """Return the BIC of a fit whose rows count as N (1 - r)/(1 + r); s^2 is a parameter too."""
+    N = f.N * (1 - r) / (1 + r)
+    return N * np.log(max(f.rss / f.N, f.floor)) + (f.n + 1) * np.log(N)
+
+
+def modes(f, r=0.0, sure=1.96):
     """Return the modes of a fit: what each section says, and the deviation that judges it.
 
     kind "lag": T.  "oscillation": zeta < 1 by `sure` deviations.  "pair": zeta = 1 within
@@ -416,21 +319,19 @@ def modes(fit, sure=1.96):
     T = 1/w and zeta stand for both.  `sd` is the largest of the deviations of their logarithms.
     """
     out, at = [], 0
-    k = fit.order
-    for kind in fit.pattern:
-        w, block = np.exp(fit.q[at]), fit.P[at : at + int(kind), at : at + int(kind)]
+    P = f.P * (1 + r) / (1 - r)
+    for kind in f.pattern:
+        q, block = f.q[at : at + int(kind)], P[at : at + int(kind), at : at + int(kind)]
         sd = np.sqrt(np.diag(block))
         if kind == "1":
-            out.append(SimpleNamespace(kind="lag", T=1 / w, sd=sd[0]))
-        elif fit.q[at + 1] > sure * sd[1]:
-            T, each = time_constants("2", fit.q[at : at + 2], block)
+            out.append(SimpleNamespace(kind="lag", T=np.exp(-q[0]), sd=sd[0]))
+        elif q[1] > sure * sd[1]:
+            T, each = time_constants("2", q, block)
             out += [SimpleNamespace(kind="lag", T=T[i], sd=each[i]) for i in (0, 1)]
         else:
-            name = "oscillation" if fit.q[at + 1] < -sure * sd[1] else "pair"
-            zeta = np.exp(fit.q[at + 1])
-            out.append(SimpleNamespace(kind=name, T=1 / w, zeta=zeta, sd=max(sd), sd_zeta=sd[1]))
+            name = "oscillation" if q[1] < -sure * sd[1] else "pair"
+            out.append(SimpleNamespace(kind=name, T=np.exp(-q[0]), zeta=np.exp(q[1]), sd=max(sd)))
         at += int(kind)
-    assert at == k
     return sorted(out, key=lambda m: m.T)
 
 
@@ -440,11 +341,15 @@ def choose(fits, limit=0.5):
     From the order of least BIC downwards to the first whose modes all have deviations (of
     ln T, ln w, ln zeta) below `limit`: 0.5 is a factor of 2.7 either way at 95 %.
     """
-    top = int(np.argmin([f.bic for f in fits]))
+    r = colour(fits)
+    top = int(np.argmin([bic(f, r) for f in fits]))
     refused = []
     for k in range(top, 0, -1):
-        worst = max(modes(fits[k]), key=lambda m: m.sd)
+        found = modes(fits[k], r)
+        worst = max(found, key=lambda m: m.sd)
         if worst.sd < limit:
-            return SimpleNamespace(fit=fits[k], order=k, bic_order=top, refused=refused)
+            break
         refused.append((k, worst))
-    return SimpleNamespace(fit=fits[0], order=0, bic_order=top, refused=refused)
+    else:
+        k, found = 0, []
+    return SimpleNamespace(fit=fits[k], order=k, modes=found, bic_order=top, r=r, refused=refused)
