@@ -162,6 +162,16 @@ def criterion(y, poles, dt, K=1.0, lag=1):
     return float(np.sum((K - cascade(y, poles, dt, lag)) ** 2))
 
 
+def biased_root(rho, a):
+    """Return the z that (15) tends to for one root rho of lag h under white noise; K known.
+
+    min over z of [S0 (rho - z)^2 + N s^2 (1 + z^2)]/(1 - z)^2, a = N s^2/S0, S0 the sum of
+    squares of the transient: z = (rho (1 - rho) - a)/(1 - rho + a).  From a = rho (1 - rho) on
+    no time constant is left, z <= 0: with lag 1 that is a = dt/T.
+    """
+    return (rho * (1 - rho) - a) / (1 - rho + a)
+
+
 # -- identification -------------------------------------------------------------------------
 
 

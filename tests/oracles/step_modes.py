@@ -74,7 +74,8 @@ def roots(pattern, q):
         else:
             zeta = np.exp(q[at + 1])
             fast = -w * (zeta + np.sqrt(complex(zeta**2 - 1)))
-            poles += [fast, w**2 / fast]  # the product, not the difference: no digits lost
+            # the product, not the difference: no digits lost
+            poles += [fast, w**2 / fast if zeta >= 1 else fast.conjugate()]
         at += int(kind)
     return ordered(np.array(poles, complex))
 
@@ -238,6 +239,26 @@ def deviation(g, P):
     return float(np.sqrt(max(g @ P @ g, 0.0)))
 
 
+def numerator(f):
+    """Return N(s)/K, highest power first, N(0) = K, and the deviations of its coefficients.
+
+    N(s)/D(s) = s Y(s), y of one step from rest with t[0] the time of the step and no delay:
+    N = K D(s) + s [det(sI - A + c e_1') - det(sI - A)]; (11) of source 003, any multiplicity.
+    """
+    k = f.order
+
+    def coefficients(p):
+        A, K, c = matrix(f.pattern, p[:k]), p[k], p[k + 1 :]
+        D = np.poly(A)
+        N = K * D + np.append((np.poly(A - np.outer(c, np.eye(k)[0])) - D)[1:], 0.0)
+        return N / N[-1]
+
+    p = np.concatenate([f.q, f.c])
+    steps = np.diag(1e-6 * (1 + np.abs(p)))
+    G = np.array([(coefficients(p + h) - coefficients(p - h)) / (2 * h.max()) for h in steps])
+    return coefficients(p), np.sqrt(np.maximum(np.einsum("ij,ik,kj->j", G, f.P, G), 0))
+
+
 # -- the search over starts and orders ---------------------------------------------------------
 
 
@@ -314,7 +335,7 @@ def bic(f, r=0.0):
 def modes(f, r=0.0, sure=1.96):
     """Return the modes of a fit: what each section says, and the deviation that judges it.
 
-    kind "lag": T.  "oscillation": zeta < 1 by `sure` deviations.  "pair": zeta = 1 within
+    kind "lag": T.  "complex": zeta < 1 by `sure` deviations.  "pair": zeta = 1 within
     `sure` deviations, two time constants that the data do not tell apart (or a repeated one):
     T = 1/w and zeta stand for both.  `sd` is the largest of the deviations of their logarithms.
     """
@@ -329,7 +350,7 @@ def modes(f, r=0.0, sure=1.96):
             T, each = time_constants("2", q, block)
             out += [SimpleNamespace(kind="lag", T=T[i], sd=each[i]) for i in (0, 1)]
         else:
-            name = "oscillation" if q[1] < -sure * sd[1] else "pair"
+            name = "complex" if q[1] < -sure * sd[1] else "pair"
             out.append(SimpleNamespace(kind=name, T=np.exp(-q[0]), zeta=np.exp(q[1]), sd=max(sd)))
         at += int(kind)
     return sorted(out, key=lambda m: m.T)
