@@ -356,14 +356,18 @@ def modes(f, r=0.0, sure=1.96):
     return sorted(out, key=lambda m: m.T)
 
 
-def choose(fits, limit=0.5):
-    """Return the fit that the data support, the order of least BIC, and why it was lowered.
+def choose(fits, limit=0.5, margin=6.0):
+    """Return the fit that the data support, the order that BIC favours, and why it was lowered.
 
-    From the order of least BIC downwards to the first whose modes all have deviations (of
-    ln T, ln w, ln zeta) below `limit`: 0.5 is a factor of 2.7 either way at 95 %.
+    BIC first: the highest order that beats every lower one by `margin`, 6 being strong evidence
+    (Kass & Raftery, J. Am. Stat. Ass. 90, 1995).  From it downwards to the first whose modes all
+    have deviations (of ln T, ln w, ln zeta) below `limit`: 0.5 is a factor of 2.7 at 95 %.
     """
     r = colour(fits)
-    top = int(np.argmin([bic(f, r) for f in fits]))
+    value = np.array([bic(f, r) for f in fits])
+    top = int(np.argmin(value))
+    while top > 0 and value[top] > np.min(value[:top]) - margin:
+        top -= 1
     refused = []
     for k in range(top, 0, -1):
         found = modes(fits[k], r)
