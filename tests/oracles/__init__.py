@@ -11,4 +11,8 @@ margins as roots in mpmath, `imc` holds the formulas of source 001, 3.6, `sample
 walks a sampled PID through every sample, `relay` goes from switch to switch in closed
 form, `shaping` solves for one point of the frequency response and states rules,
 `optimum` searches the best PI on a grid.
+
+For step responses: `idt` holds the inverse digital transform of source 003 and its criterion,
+`step_starts` poles and areas at once, `step_modes` sums of exponentials by variable projection
+with numerical slopes, `step_process` a lag and a delay from rest at any time stamps.
 """
