@@ -15,6 +15,7 @@ from typing_extensions import Unpack
 from plantune.adapt.settings import Settings
 from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
+from plantune.models.hysteresis.base import HysteresisModel
 from plantune.notes import Limits
 from plantune.record import Record
 from plantune.recursive import Trace
@@ -799,3 +800,30 @@ class AutoTuner:
         starts: Sequence[int],
     ) -> Fields:
         """`step` for each row, with a gap before every row of `starts` but the first."""
+
+# --- hysteresis --------------------------------------------------------------------------------
+
+def hysteresis_check(model: HysteresisModel) -> None:
+    """Refuse parameters that are none (U01)."""
+
+def hysteresis_simulate(model: HysteresisModel, x: Floats) -> Floats:
+    """Output (N,) from the virgin state."""
+
+def hysteresis_inverse(model: HysteresisModel) -> Fields:
+    """Fields of the model whose output is this one's input."""
+
+class Stream:
+    """A hysteresis model at work, sample by sample."""
+
+    def __init__(self, model: HysteresisModel) -> None: ...
+    def step(self, x: float) -> float:
+        """Output at the input `x`."""
+
+    def run(self, x: Floats) -> Floats:
+        """Outputs (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def model(self) -> HysteresisModel:
+        """As given."""
+
+    state: Floats

@@ -12,6 +12,7 @@ mod bank;
 mod batch;
 mod error;
 mod forms;
+mod hysteresis;
 mod model;
 mod note;
 mod recursive;
@@ -34,6 +35,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         batch::register,
         recursive::register,
         bank::register,
+        hysteresis::register,
         analyze::register,
         validate::register,
         tune::register,

@@ -1,0 +1,89 @@
+//! Hysteresis: models in and out by attribute, operators at work as a compiled class.
+
+mod stream;
+
+use numpy::PyReadonlyArray1;
+use plantune_core::Error;
+use plantune_core::hysteresis::{Model, PlayStack};
+use pyo3::prelude::*;
+
+use crate::error::{Outcome, Raise};
+use crate::values::{Array, Frozen, array};
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_class::<stream::Stream>()?;
+    m.add_function(wrap_pyfunction!(hysteresis_check, m)?)?;
+    m.add_function(wrap_pyfunction!(hysteresis_simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(hysteresis_inverse, m)?)
+}
+
+/// Any hysteresis model of `plantune.models`, by attribute.
+pub struct HysteresisIn(pub Model);
+
+#[derive(FromPyObject)]
+struct PlayStackIn {
+    r: Vec<f64>,
+    w: Vec<f64>,
+    offset: f64,
+}
+
+impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let kind: String =
+            value.getattr("kind").and_then(|k| k.extract()).map_err(|_| not_a_model(&value))?;
+        Ok(HysteresisIn(match kind.as_str() {
+            "play_stack" => {
+                let PlayStackIn { r, w, offset } = value.extract()?;
+                Model::PlayStack(PlayStack { r, w, offset })
+            }
+            _ => return Err(not_a_model(&value)),
+        }))
+    }
+}
+
+fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
+    let class = value.get_type().to_string();
+    Raise::from(Error::argument("model", class, "a model of plantune.hysteresis")).into()
+}
+
+/// A model as the dict from which Python builds its value.
+#[derive(IntoPyObject)]
+pub enum HysteresisOut {
+    PlayStack { r: Frozen, w: Frozen, offset: f64 },
+}
+
+impl From<Model> for HysteresisOut {
+    fn from(model: Model) -> Self {
+        match model {
+            Model::PlayStack(PlayStack { r, w, offset }) => {
+                HysteresisOut::PlayStack { r: Frozen(r), w: Frozen(w), offset }
+            }
+        }
+    }
+}
+
+/// Refuses parameters that are none.
+#[pyfunction]
+fn hysteresis_check(model: HysteresisIn) -> Outcome<()> {
+    Ok(model.0.check()?)
+}
+
+/// Output over a record, from the virgin state.
+#[pyfunction]
+fn hysteresis_simulate<'py>(
+    py: Python<'py>,
+    model: HysteresisIn,
+    x: PyReadonlyArray1<'py, f64>,
+) -> Outcome<Array<'py>> {
+    let x = x.as_slice().map_err(PyErr::from)?;
+    let y = py.detach(|| model.0.simulate(x))?;
+    Ok(array(py, y))
+}
+
+/// Fields of the inverse.
+#[pyfunction]
+fn hysteresis_inverse(model: HysteresisIn) -> Outcome<HysteresisOut> {
+    Ok(model.0.inverse()?.into())
+}

@@ -1,0 +1,133 @@
+"""What every model of hysteresis answers, each in one call of the core."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from plantune import _core
+from plantune.errors import refusal
+from plantune.notes import Note
+from plantune.record import Floats
+
+if TYPE_CHECKING:
+    from plantune._core import Stream
+
+Self = TypeVar("Self", bound="HysteresisModel")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Identified:
+    """How a model was found.
+
+    Attributes
+    ----------
+    N : int
+        Rows used.
+    rms, worst : float
+        Root mean square and largest absolute error over them, in units of y.
+    relative : float
+        Norm of the error over the norm of y.
+    sd : array (d,)
+        Standard deviation of each parameter, in the order of `names`.
+    names : tuple of str
+        Their names.
+    tried : tuple of (int, float)
+        Numbers of elements tried, and the rms error of each on rows not used.
+    notes : tuple of Note
+        What the data leave in doubt.
+    """
+
+    N: int
+    rms: float
+    worst: float
+    relative: float
+    sd: Floats
+    names: tuple[str, ...] = ()
+    tried: tuple[tuple[int, float], ...] = ()
+    notes: tuple[Note, ...] = ()
+
+
+class HysteresisModel:
+    """Base of the models of hysteresis: frozen values of one input and one output."""
+
+    __slots__ = ()
+    kind: ClassVar[str]
+    identified: Identified | None
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What its identification left in doubt."""
+        return self.identified.notes if self.identified else ()
+
+    def simulate(self, x: ArrayLike) -> Floats:
+        """Return the output for the input `x` (N,), from the virgin state.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> pt.hysteresis.PlayStack(r=[0, 1], w=[1, 1]).simulate([3.0, 2.0, 0.0])
+        array([5., 4., 1.])
+        """
+        return _core.hysteresis_simulate(self, column(x, "x"))
+
+    def stream(self) -> Stream:
+        """Return the model at work, one sample at a time, in its virgin state.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> pt.hysteresis.PlayStack(r=[0, 1], w=[1, 1]).stream().step(3.0)
+        5.0
+        """
+        return _core.Stream(self)
+
+    def inverse(self: Self) -> Self:
+        """Return the model whose output is this one's input.
+
+        Raises
+        ------
+        UsageError
+            No inverse exists.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> stack = pt.hysteresis.PlayStack(r=[0, 1], w=[1, 1])
+        >>> stack.inverse().simulate(stack.simulate([3.0, 2.0, 0.0]))
+        array([3., 2., 0.])
+        """
+        return type(self)(**_core.hysteresis_inverse(self))
+
+    def same_as(self, other: Any) -> bool:
+        """Whether the other model has the same class and numbers.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> stack = pt.hysteresis.PlayStack(r=[0, 1], w=[1, 1])
+        >>> stack.same_as(stack.inverse().inverse())
+        True
+        """
+        return type(self) is type(other) and repr(self) == repr(other)
+
+
+def column(x: ArrayLike, name: str) -> Floats:
+    """Return a signal (N,) of finite numbers."""
+    signal = np.ascontiguousarray(x, float)
+    if signal.ndim != 1 or not np.isfinite(signal).all():
+        shape = f"of shape {signal.shape}" if signal.ndim != 1 else "not finite everywhere"
+        raise refusal("U01", f"`{name}` is {shape}", remedy="pass one row of finite numbers (N,)")
+    return signal
+
+
+def frozen(p: ArrayLike, name: str) -> Floats:
+    """Return parameters as an array that cannot be written."""
+    x = np.array(p, float).reshape(-1)
+    if not np.isfinite(x).all():
+        raise refusal("U01", f"`{name}` is {p!r}, must be finite", remedy="pass finite numbers")
+    x.flags.writeable = False
+    return x
