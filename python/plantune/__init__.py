@@ -8,8 +8,8 @@
 `inspect` lists what is wrong with a file before that.
 Stages, in the order of the work: `prep analyze estimate validate tune simulate`; `job` runs them
 all, `report` and `plot` show the result, `export` takes it to a controller, `recursive` learns
-sample by sample, `hysteresis` models what remembers, `edge` links to plants, `datasets` brings records to try.  Stages load when first
-used.
+sample by sample, `hysteresis` models what remembers, `edge` links to plants, `datasets` brings
+records to try.  Stages load when first used.
 """
 
 from __future__ import annotations

@@ -817,10 +817,10 @@ class Stream:
 
     def __init__(self, model: HysteresisModel) -> None: ...
     def step(self, x: float) -> float:
-        """Output at the input `x`."""
+        """Return the output at the input `x`."""
 
     def run(self, x: Floats) -> Floats:
-        """Outputs (N,): `step` in a loop, to the last bit."""
+        """Return the outputs (N,): `step` in a loop, to the last bit."""
 
     @property
     def model(self) -> HysteresisModel:
