@@ -1,6 +1,16 @@
 """Hysteresis: models, operators sample by sample, inverses, identification."""
 
-from plantune._core import Stream
-from plantune.models.hysteresis import PlayStack
+from plantune._core import SeriesSlipLearner, Stream
+from plantune.hysteresis.cycles import Cycles, Repeatability, cycles, repeatability
+from plantune.models.hysteresis import PlayStack, SeriesSlip
 
-__all__ = ["PlayStack", "Stream"]
+__all__ = [
+    "Cycles",
+    "PlayStack",
+    "Repeatability",
+    "SeriesSlip",
+    "SeriesSlipLearner",
+    "Stream",
+    "cycles",
+    "repeatability",
+]

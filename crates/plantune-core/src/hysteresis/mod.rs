@@ -2,9 +2,17 @@
 //!
 //! A model holds parameters; [`Model::start`] gives the operator in its virgin state. `run` is `step` in a loop.
 
+mod cycles;
 mod play;
+mod series_slip;
+mod slip_identify;
+mod slip_learner;
 
+pub use cycles::{Cycles, Repeatability, cycles, repeatability};
 pub use play::PlayStack;
+pub use series_slip::{Element, SeriesSlip};
+pub use slip_identify::{LearntSlip, identify_slip};
+pub use slip_learner::{SlipLearner, SlipSettings};
 
 use crate::error::{Error, Result};
 
@@ -30,6 +38,8 @@ pub trait Operator: Send + Sync {
 pub enum Model {
     /// Weighted plays.
     PlayStack(PlayStack),
+    /// Elements in series, one group per direction.
+    SeriesSlip(SeriesSlip),
 }
 
 impl Model {
@@ -37,6 +47,7 @@ impl Model {
     pub fn check(&self) -> Result<()> {
         match self {
             Model::PlayStack(m) => m.check(),
+            Model::SeriesSlip(m) => m.check(),
         }
     }
 
@@ -45,6 +56,7 @@ impl Model {
         self.check()?;
         Ok(match self {
             Model::PlayStack(m) => Box::new(m.start()),
+            Model::SeriesSlip(m) => Box::new(m.start()),
         })
     }
 
@@ -58,6 +70,7 @@ impl Model {
         self.check()?;
         match self {
             Model::PlayStack(m) => Ok(Model::PlayStack(m.inverse()?)),
+            Model::SeriesSlip(m) => Ok(Model::SeriesSlip(m.inverse()?)),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Hysteresis: models in and out by attribute, operators at work as a compiled class.
 
+mod cycles;
+mod slip;
 mod stream;
 
 use numpy::PyReadonlyArray1;
@@ -12,6 +14,8 @@ use crate::values::{Array, Frozen, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<stream::Stream>()?;
+    cycles::register(m)?;
+    slip::register(m)?;
     m.add_function(wrap_pyfunction!(hysteresis_check, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_simulate, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_inverse, m)?)
@@ -38,6 +42,7 @@ impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
                 let PlayStackIn { r, w, offset } = value.extract()?;
                 Model::PlayStack(PlayStack { r, w, offset })
             }
+            "series_slip" => Model::SeriesSlip(slip::read(&value)?),
             _ => return Err(not_a_model(&value)),
         }))
     }
@@ -52,6 +57,7 @@ fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
 #[derive(IntoPyObject)]
 pub enum HysteresisOut {
     PlayStack { r: Frozen, w: Frozen, offset: f64 },
+    SeriesSlip { up: Vec<(f64, f64, f64)>, down: Vec<(f64, f64, f64)> },
 }
 
 impl From<Model> for HysteresisOut {
@@ -59,6 +65,9 @@ impl From<Model> for HysteresisOut {
         match model {
             Model::PlayStack(PlayStack { r, w, offset }) => {
                 HysteresisOut::PlayStack { r: Frozen(r), w: Frozen(w), offset }
+            }
+            Model::SeriesSlip(m) => {
+                HysteresisOut::SeriesSlip { up: slip::rows(&m.up), down: slip::rows(&m.down) }
             }
         }
     }
