@@ -2,9 +2,21 @@
 //!
 //! A model holds parameters; [`Model::start`] gives the operator in its virgin state. `run` is `step` in a loop.
 
+mod cmac;
+mod creep;
+mod feed_forward;
+mod misfit;
 mod play;
+mod preisach;
 
+pub use cmac::{Cmac, CmacSettings};
+pub use creep::{ChargeLeak, Creep, CreepFit, CreepSettings, identify_creep};
+pub use feed_forward::{TrackRun, Tracking, track};
+pub use misfit::Misfit;
 pub use play::PlayStack;
+pub use preisach::{
+    Forc, Preisach, PreisachFit, PreisachSettings, Start, everett_of_mu, forc, identify_preisach, mu_of_everett,
+};
 
 use crate::error::{Error, Result};
 
@@ -30,6 +42,16 @@ pub trait Operator: Send + Sync {
 pub enum Model {
     /// Weighted plays.
     PlayStack(PlayStack),
+    /// Weighted relays.
+    Preisach(Preisach),
+    /// What finds the input of weighted relays.
+    PreisachInverse(Preisach),
+    /// Plays and their creep.
+    Creep(Creep),
+    /// What finds the input of plays and their creep.
+    CreepInverse(Creep),
+    /// A charge and its leak.
+    ChargeLeak(ChargeLeak),
 }
 
 impl Model {
@@ -37,6 +59,11 @@ impl Model {
     pub fn check(&self) -> Result<()> {
         match self {
             Model::PlayStack(m) => m.check(),
+            Model::Preisach(m) => m.check(),
+            Model::PreisachInverse(m) => m.check().and_then(|()| m.check_inverse()),
+            Model::Creep(m) => m.check(),
+            Model::CreepInverse(m) => m.check().and_then(|()| m.check_inverse()),
+            Model::ChargeLeak(m) => m.check(),
         }
     }
 
@@ -45,6 +72,11 @@ impl Model {
         self.check()?;
         Ok(match self {
             Model::PlayStack(m) => Box::new(m.start()),
+            Model::Preisach(m) => m.start(),
+            Model::PreisachInverse(m) => m.start_inverse()?,
+            Model::Creep(m) => m.start(),
+            Model::CreepInverse(m) => m.start_inverse()?,
+            Model::ChargeLeak(m) => m.start(),
         })
     }
 
@@ -58,6 +90,15 @@ impl Model {
         self.check()?;
         match self {
             Model::PlayStack(m) => Ok(Model::PlayStack(m.inverse()?)),
+            Model::Preisach(m) => m.check_inverse().map(|()| Model::PreisachInverse(m.clone())),
+            Model::PreisachInverse(m) => Ok(Model::Preisach(m.clone())),
+            Model::Creep(m) => m.check_inverse().map(|()| Model::CreepInverse(m.clone())),
+            Model::CreepInverse(m) => Ok(Model::Creep(m.clone())),
+            Model::ChargeLeak(_) => Err(Error::argument(
+                "model",
+                "a charge, which no current of the same sample moves",
+                "one whose input acts at once; `leak(V)` is the current that holds a charge",
+            )),
         }
     }
 }
