@@ -51,9 +51,13 @@ impl Cmac {
     pub fn new(settings: CmacSettings) -> Result<Self> {
         let CmacSettings { range: (low, high), cells, layers, beta, dead_zone } = settings;
         if !(low < high && low.is_finite() && high.is_finite()) {
-            return Err(Error::argument("range", format!("({low}, {high})"), "two finite numbers, ascending"));
+            return Err(Error::argument(
+                "range",
+                format!("({low}, {high})"),
+                "two finite numbers, ascending",
+            ));
         }
-        let size = (cells + 1).checked_mul(2 * layers).unwrap_or(usize::MAX);
+        let size = cells.saturating_add(1).saturating_mul(layers.saturating_mul(2));
         if cells == 0 || layers == 0 || size > MOST {
             let needed = format!("1 or more each, {MOST} weights at most");
             return Err(Error::argument("cells, layers", format!("{cells}, {layers}"), &needed));
@@ -121,7 +125,8 @@ impl Cmac {
         let steps = self.settings.cells * self.settings.layers;
         match state {
             [s, table, step, out, w @ ..] if w.len() == self.w.len() && *step < steps as f64 => {
-                (self.s, self.table, self.step, self.out) = (*s, usize::from(*table > 0.5), *step as usize, *out);
+                (self.s, self.table, self.step, self.out) =
+                    (*s, usize::from(*table > 0.5), *step as usize, *out);
                 self.w.copy_from_slice(w);
                 Ok(())
             }

@@ -127,7 +127,8 @@ fn check(r: &[f64], pass: usize, loop_: &Tracking) -> Result<()> {
     if let (Some(cmac), Some(pid)) = (&loop_.cmac, loop_.pid) {
         let settings = cmac.settings();
         if pid.Ki != 0.0 && settings.beta >= 1.0 && settings.dead_zone == 0.0 {
-            let needed = "below 1, or `dead_zone` positive, beside integral action: both would run away together";
+            let needed =
+                "below 1, or `dead_zone` positive, beside integral action: both would run away together";
             return Err(Error::argument("beta", settings.beta, needed));
         }
     }
@@ -138,7 +139,8 @@ fn check(r: &[f64], pass: usize, loop_: &Tracking) -> Result<()> {
 fn doubts(loop_: &Tracking) -> Vec<Note> {
     match (&loop_.cmac, loop_.pid) {
         (Some(cmac), Some(pid)) if pid.Ki != 0.0 && cmac.settings().dead_zone == 0.0 => {
-            let text = "the memory learns the integral's share again and again, and may run away after many passes";
+            let text =
+                "the memory learns the integral's share again and again, and may run away after many passes";
             vec![Note::warning("M02", text).remedy("a controller without integral action, or `dead_zone`")]
         }
         _ => Vec::new(),

@@ -15,7 +15,8 @@ pub use feed_forward::{TrackRun, Tracking, track};
 pub use misfit::Misfit;
 pub use play::PlayStack;
 pub use preisach::{
-    Forc, Preisach, PreisachFit, PreisachSettings, Start, everett_of_mu, forc, identify_preisach, mu_of_everett,
+    Forc, Preisach, PreisachFit, PreisachSettings, Start, everett_of_mu, forc, identify_preisach,
+    mu_of_everett,
 };
 
 use crate::error::{Error, Result};

@@ -1,6 +1,11 @@
 //! Hysteresis: models in and out by attribute, operators at work as a compiled class.
 
+mod cmac;
+mod creep;
+mod identified;
+mod preisach;
 mod stream;
+mod track;
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Error;
@@ -12,6 +17,10 @@ use crate::values::{Array, Frozen, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<stream::Stream>()?;
+    m.add_class::<cmac::Cmac>()?;
+    for register in [preisach::register, creep::register, track::register] {
+        register(m)?;
+    }
     m.add_function(wrap_pyfunction!(hysteresis_check, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_simulate, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_inverse, m)?)
@@ -38,6 +47,11 @@ impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
                 let PlayStackIn { r, w, offset } = value.extract()?;
                 Model::PlayStack(PlayStack { r, w, offset })
             }
+            "preisach" => Model::Preisach(value.extract::<preisach::PreisachIn>()?.core()?),
+            "preisach_inverse" => Model::PreisachInverse(value.extract::<preisach::PreisachIn>()?.core()?),
+            "creep" => Model::Creep(value.extract::<creep::CreepIn>()?.core()?),
+            "creep_inverse" => Model::CreepInverse(value.extract::<creep::CreepIn>()?.core()?),
+            "charge_leak" => Model::ChargeLeak(value.extract::<creep::ChargeLeakIn>()?.into()),
             _ => return Err(not_a_model(&value)),
         }))
     }
@@ -52,6 +66,9 @@ fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
 #[derive(IntoPyObject)]
 pub enum HysteresisOut {
     PlayStack { r: Frozen, w: Frozen, offset: f64 },
+    Preisach(preisach::PreisachOut),
+    Creep(creep::CreepOut),
+    ChargeLeak(creep::ChargeLeakOut),
 }
 
 impl From<Model> for HysteresisOut {
@@ -60,6 +77,9 @@ impl From<Model> for HysteresisOut {
             Model::PlayStack(PlayStack { r, w, offset }) => {
                 HysteresisOut::PlayStack { r: Frozen(r), w: Frozen(w), offset }
             }
+            Model::Preisach(m) | Model::PreisachInverse(m) => HysteresisOut::Preisach(m.into()),
+            Model::Creep(m) | Model::CreepInverse(m) => HysteresisOut::Creep(m.into()),
+            Model::ChargeLeak(m) => HysteresisOut::ChargeLeak(m.into()),
         }
     }
 }

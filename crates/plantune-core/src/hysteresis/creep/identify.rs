@@ -101,8 +101,14 @@ fn rows_of_tau(N: usize, Ts: f64) -> Vec<Vec<f64>> {
 fn fit(x: &[f64], y: &[f64], r: &[f64], tau: &[f64], settings: &CreepSettings) -> Result<(Creep, Vec<f64>)> {
     let (n, all) = (r.len(), r.len() * (tau.len() + 1));
     let zero = |n| vec![0.0; n];
-    let empty =
-        Creep { r: r.to_vec(), w: zero(n), tau: tau.to_vec(), c: zero(all - n), Ts: settings.Ts, offset: 0.0 };
+    let empty = Creep {
+        r: r.to_vec(),
+        w: zero(n),
+        tau: tau.to_vec(),
+        c: zero(all - n),
+        Ts: settings.Ts,
+        offset: 0.0,
+    };
     empty.check()?;
     let triangle = triangle(x, y, &empty);
     let columns: Vec<usize> = (0..all + usize::from(settings.offset)).collect();

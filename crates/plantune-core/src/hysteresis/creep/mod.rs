@@ -64,7 +64,10 @@ impl Creep {
     }
 
     pub(super) fn start_inverse(&self) -> Result<Box<dyn Operator>> {
-        Ok(Box::new(Uncreeping { plays: Box::new(self.plays().inverse()?.start()), creep: Creeping::new(self) }))
+        Ok(Box::new(Uncreeping {
+            plays: Box::new(self.plays().inverse()?.start()),
+            creep: Creeping::new(self),
+        }))
     }
 
     pub(super) fn check_inverse(&self) -> Result<()> {
@@ -83,7 +86,7 @@ fn check_Ts(Ts: f64) -> Result<()> {
 /// Plays and creep at work.
 pub(super) struct Creeping {
     model: Creep,
-    gain: Vec<f64>, // (K), 1 - e^(-Ts/tau)
+    gain: Vec<f64>,  // (K), 1 - e^(-Ts/tau)
     state: Vec<f64>, // z (n), then s (K, n)
 }
 

@@ -154,8 +154,7 @@ mod tests {
     #[test]
     fn weights_and_table_are_each_others_inverse() {
         let n = 7;
-        let mu: Vec<f64> =
-            (0..n * n).map(|k| if k / n >= k % n { (k as f64).sin() } else { 0.0 }).collect();
+        let mu: Vec<f64> = (0..n * n).map(|k| if k / n >= k % n { (k as f64).sin() } else { 0.0 }).collect();
         let again = mu_of_everett(n, &everett_of_mu(n, &mu));
         assert!(mu.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-13));
     }

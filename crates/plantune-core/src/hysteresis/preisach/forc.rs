@@ -43,7 +43,8 @@ pub fn forc(x: &[f64], y: &[f64]) -> Result<Forc> {
     let (low, high) = x.iter().fold((f64::INFINITY, -f64::INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
     let range = high - low;
     let turns = turns(x, TURN * range);
-    let inner = |upper: bool| turns.iter().filter(move |t| t.upper == upper && t.row > 0 && t.row + 1 < x.len());
+    let inner =
+        |upper: bool| turns.iter().filter(move |t| t.upper == upper && t.row > 0 && t.row + 1 < x.len());
     let saturated = |upper: bool| {
         let end = if upper { high } else { low };
         inner(upper).all(|t| (x[t.row] - end).abs() <= SATURATED * range)
@@ -111,7 +112,8 @@ fn turns(x: &[f64], least: f64) -> Vec<Turning> {
 
 /// Curves that fall from their turn, each from its row to that of its end.
 fn falling_curves(x: &[f64], y: &[f64], mut curves: Vec<(usize, usize)>) -> Forc {
-    let range = x.iter().fold(-f64::INFINITY, |h, x| h.max(*x)) - x.iter().fold(f64::INFINITY, |l, x| l.min(*x));
+    let range =
+        x.iter().fold(-f64::INFINITY, |h, x| h.max(*x)) - x.iter().fold(f64::INFINITY, |l, x| l.min(*x));
     curves.sort_by(|a, b| x[a.0].total_cmp(&x[b.0]));
     curves.dedup_by(|a, b| x[a.0] - x[b.0] <= TURN * range);
     // Where all curves still are.

@@ -121,7 +121,13 @@ impl Relays {
 
     fn seek_anew(&self, f: f64, rising: bool) -> f64 {
         match self.virgin.as_ref().and_then(|v| v.seek(&self.everett, f, rising)) {
-            Some(s) => if rising { s } else { -s },
+            Some(s) => {
+                if rising {
+                    s
+                } else {
+                    -s
+                }
+            }
             None => self.seek_from(self.ends[usize::from(!rising)], f, rising),
         }
     }
