@@ -2,14 +2,27 @@
 //!
 //! A model holds parameters; [`Model::start`] gives the operator in its virgin state. `run` is `step` in a loop.
 
+mod cmac;
+mod creep;
 mod cycles;
+mod feed_forward;
+mod misfit;
 mod play;
+mod preisach;
 mod series_slip;
 mod slip_identify;
 mod slip_learner;
 
+pub use cmac::{Cmac, CmacSettings};
+pub use creep::{ChargeLeak, Creep, CreepFit, CreepSettings, identify_creep};
 pub use cycles::{Cycles, Repeatability, cycles, repeatability};
+pub use feed_forward::{TrackRun, Tracking, track};
+pub use misfit::Misfit;
 pub use play::PlayStack;
+pub use preisach::{
+    Forc, Preisach, PreisachFit, PreisachSettings, Start, everett_of_mu, forc, identify_preisach,
+    mu_of_everett,
+};
 pub use series_slip::{Element, SeriesSlip};
 pub use slip_identify::{LearntSlip, identify_slip};
 pub use slip_learner::{SlipLearner, SlipSettings};
@@ -40,6 +53,16 @@ pub enum Model {
     PlayStack(PlayStack),
     /// Elements in series, one group per direction.
     SeriesSlip(SeriesSlip),
+    /// Weighted relays.
+    Preisach(Preisach),
+    /// What finds the input of weighted relays.
+    PreisachInverse(Preisach),
+    /// Plays and their creep.
+    Creep(Creep),
+    /// What finds the input of plays and their creep.
+    CreepInverse(Creep),
+    /// A charge and its leak.
+    ChargeLeak(ChargeLeak),
 }
 
 impl Model {
@@ -48,6 +71,11 @@ impl Model {
         match self {
             Model::PlayStack(m) => m.check(),
             Model::SeriesSlip(m) => m.check(),
+            Model::Preisach(m) => m.check(),
+            Model::PreisachInverse(m) => m.check().and_then(|()| m.check_inverse()),
+            Model::Creep(m) => m.check(),
+            Model::CreepInverse(m) => m.check().and_then(|()| m.check_inverse()),
+            Model::ChargeLeak(m) => m.check(),
         }
     }
 
@@ -57,6 +85,11 @@ impl Model {
         Ok(match self {
             Model::PlayStack(m) => Box::new(m.start()),
             Model::SeriesSlip(m) => Box::new(m.start()),
+            Model::Preisach(m) => m.start(),
+            Model::PreisachInverse(m) => m.start_inverse()?,
+            Model::Creep(m) => m.start(),
+            Model::CreepInverse(m) => m.start_inverse()?,
+            Model::ChargeLeak(m) => m.start(),
         })
     }
 
@@ -71,6 +104,15 @@ impl Model {
         match self {
             Model::PlayStack(m) => Ok(Model::PlayStack(m.inverse()?)),
             Model::SeriesSlip(m) => Ok(Model::SeriesSlip(m.inverse()?)),
+            Model::Preisach(m) => m.check_inverse().map(|()| Model::PreisachInverse(m.clone())),
+            Model::PreisachInverse(m) => Ok(Model::Preisach(m.clone())),
+            Model::Creep(m) => m.check_inverse().map(|()| Model::CreepInverse(m.clone())),
+            Model::CreepInverse(m) => Ok(Model::Creep(m.clone())),
+            Model::ChargeLeak(_) => Err(Error::argument(
+                "model",
+                "a charge, which no current of the same sample moves",
+                "one whose input acts at once; `leak(V)` is the current that holds a charge",
+            )),
         }
     }
 }

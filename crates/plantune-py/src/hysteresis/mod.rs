@@ -1,8 +1,13 @@
 //! Hysteresis: models in and out by attribute, operators at work as a compiled class.
 
+mod cmac;
+mod creep;
 mod cycles;
+mod identified;
+mod preisach;
 mod slip;
 mod stream;
+mod track;
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Error;
@@ -16,6 +21,10 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<stream::Stream>()?;
     cycles::register(m)?;
     slip::register(m)?;
+    m.add_class::<cmac::Cmac>()?;
+    for register in [preisach::register, creep::register, track::register] {
+        register(m)?;
+    }
     m.add_function(wrap_pyfunction!(hysteresis_check, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_simulate, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_inverse, m)?)
@@ -43,6 +52,11 @@ impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
                 Model::PlayStack(PlayStack { r, w, offset })
             }
             "series_slip" => Model::SeriesSlip(slip::read(&value)?),
+            "preisach" => Model::Preisach(value.extract::<preisach::PreisachIn>()?.core()?),
+            "preisach_inverse" => Model::PreisachInverse(value.extract::<preisach::PreisachIn>()?.core()?),
+            "creep" => Model::Creep(value.extract::<creep::CreepIn>()?.core()?),
+            "creep_inverse" => Model::CreepInverse(value.extract::<creep::CreepIn>()?.core()?),
+            "charge_leak" => Model::ChargeLeak(value.extract::<creep::ChargeLeakIn>()?.into()),
             _ => return Err(not_a_model(&value)),
         }))
     }
@@ -58,6 +72,9 @@ fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
 pub enum HysteresisOut {
     PlayStack { r: Frozen, w: Frozen, offset: f64 },
     SeriesSlip { up: Vec<(f64, f64, f64)>, down: Vec<(f64, f64, f64)> },
+    Preisach(preisach::PreisachOut),
+    Creep(creep::CreepOut),
+    ChargeLeak(creep::ChargeLeakOut),
 }
 
 impl From<Model> for HysteresisOut {
@@ -69,6 +86,9 @@ impl From<Model> for HysteresisOut {
             Model::SeriesSlip(m) => {
                 HysteresisOut::SeriesSlip { up: slip::rows(&m.up), down: slip::rows(&m.down) }
             }
+            Model::Preisach(m) | Model::PreisachInverse(m) => HysteresisOut::Preisach(m.into()),
+            Model::Creep(m) | Model::CreepInverse(m) => HysteresisOut::Creep(m.into()),
+            Model::ChargeLeak(m) => HysteresisOut::ChargeLeak(m.into()),
         }
     }
 }
