@@ -2,6 +2,7 @@
 //!
 //! A model holds parameters; [`Model::start`] gives the operator in its virgin state. `run` is `step` in a loop.
 
+mod bouc_wen;
 mod cmac;
 mod creep;
 mod cycles;
@@ -13,6 +14,10 @@ mod series_slip;
 mod slip_identify;
 mod slip_learner;
 
+pub use bouc_wen::{
+    BoucWen, BoucWenFit, BoucWenForce, BoucWenSettings, ForceFit, Hold, identify_bouc_wen, identify_force,
+    initial_state, simulate as simulate_bouc_wen,
+};
 pub use cmac::{Cmac, CmacSettings};
 pub use creep::{ChargeLeak, Creep, CreepFit, CreepSettings, identify_creep};
 pub use cycles::{Cycles, Repeatability, cycles, repeatability};
@@ -63,6 +68,10 @@ pub enum Model {
     CreepInverse(Creep),
     /// A charge and its leak.
     ChargeLeak(ChargeLeak),
+    /// A mass on a spring, a damper and a force with memory.
+    BoucWen(BoucWen),
+    /// That force over a displacement.
+    BoucWenForce(BoucWenForce),
 }
 
 impl Model {
@@ -76,6 +85,8 @@ impl Model {
             Model::Creep(m) => m.check(),
             Model::CreepInverse(m) => m.check().and_then(|()| m.check_inverse()),
             Model::ChargeLeak(m) => m.check(),
+            Model::BoucWen(m) => m.check(),
+            Model::BoucWenForce(m) => m.check(),
         }
     }
 
@@ -90,6 +101,8 @@ impl Model {
             Model::Creep(m) => m.start(),
             Model::CreepInverse(m) => m.start_inverse()?,
             Model::ChargeLeak(m) => m.start(),
+            Model::BoucWen(m) => Box::new(m.start()?),
+            Model::BoucWenForce(m) => Box::new(m.start()),
         })
     }
 
@@ -112,6 +125,11 @@ impl Model {
                 "model",
                 "a charge, which no current of the same sample moves",
                 "one whose input acts at once; `leak(V)` is the current that holds a charge",
+            )),
+            Model::BoucWen(_) | Model::BoucWenForce(_) => Err(Error::argument(
+                "model",
+                "of Bouc and Wen, which has no inverse in closed form",
+                "one that has: a PlayStack, or a MaxwellSlip with a spring, of the same loops",
             )),
         }
     }
