@@ -828,6 +828,31 @@ def series_slip_closed(model: SeriesSlip) -> Fields:
 def series_slip_through(model: SeriesSlip, x: float, y: float, way: float) -> Fields:
     """Fields of the model moved so that the branch `way`, +1 or -1, passes (x, y)."""
 
+def bouc_wen_simulate(
+    model: HysteresisModel,
+    u: Floats,
+    Ts: float,
+    x0: tuple[float, float, float],
+    hold: str,
+    substeps: int | None,
+) -> Floats:
+    """Displacement (N,) under a force."""
+
+def bouc_wen_initial_state(
+    model: HysteresisModel, u: Floats, y: Floats, Ts: float
+) -> tuple[float, float, float]:
+    """Displacement, speed and force z at the first row."""
+
+def bouc_wen_identify(
+    u: Floats, y: Floats, Ts: float, nu: float | None, at_rest: bool, start_only: bool
+) -> tuple[Fields, Fields, list[Fields], tuple[float, float, float]]:
+    """Fields of the model, of `Identified`, notes, and the first state."""
+
+def bouc_wen_force_identify(
+    x: Floats, y: Floats, nu: float | None
+) -> tuple[Fields, Fields, list[Fields]]:
+    """Fields of the model, of `Identified`, and notes."""
+
 class SeriesSlipLearner:
     """Elements in series, learnt one sample at a time."""
 

@@ -2,9 +2,11 @@
 
 from plantune._core import SeriesSlipLearner, Stream
 from plantune.hysteresis.cycles import Cycles, Repeatability, cycles, repeatability
-from plantune.models.hysteresis import PlayStack, SeriesSlip
+from plantune.models.hysteresis import BoucWen, BoucWenForce, PlayStack, SeriesSlip
 
 __all__ = [
+    "BoucWen",
+    "BoucWenForce",
     "Cycles",
     "PlayStack",
     "Repeatability",

@@ -1,5 +1,6 @@
 //! Hysteresis: models in and out by attribute, operators at work as a compiled class.
 
+mod bouc_wen;
 mod cmac;
 mod creep;
 mod cycles;
@@ -21,6 +22,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<stream::Stream>()?;
     cycles::register(m)?;
     slip::register(m)?;
+    bouc_wen::register(m)?;
     m.add_class::<cmac::Cmac>()?;
     for register in [preisach::register, creep::register, track::register] {
         register(m)?;
@@ -56,6 +58,8 @@ impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
             "preisach_inverse" => Model::PreisachInverse(value.extract::<preisach::PreisachIn>()?.core()?),
             "creep" => Model::Creep(value.extract::<creep::CreepIn>()?.core()?),
             "creep_inverse" => Model::CreepInverse(value.extract::<creep::CreepIn>()?.core()?),
+            "bouc_wen" => Model::BoucWen(value.extract::<bouc_wen::BoucWenIn>()?.into()),
+            "bouc_wen_force" => Model::BoucWenForce(value.extract::<bouc_wen::BoucWenForceIn>()?.into()),
             "charge_leak" => Model::ChargeLeak(value.extract::<creep::ChargeLeakIn>()?.into()),
             _ => return Err(not_a_model(&value)),
         }))
@@ -75,6 +79,8 @@ pub enum HysteresisOut {
     Preisach(preisach::PreisachOut),
     Creep(creep::CreepOut),
     ChargeLeak(creep::ChargeLeakOut),
+    BoucWen(bouc_wen::BoucWenOut),
+    BoucWenForce(bouc_wen::BoucWenForceOut),
 }
 
 impl From<Model> for HysteresisOut {
@@ -89,6 +95,8 @@ impl From<Model> for HysteresisOut {
             Model::Preisach(m) | Model::PreisachInverse(m) => HysteresisOut::Preisach(m.into()),
             Model::Creep(m) | Model::CreepInverse(m) => HysteresisOut::Creep(m.into()),
             Model::ChargeLeak(m) => HysteresisOut::ChargeLeak(m.into()),
+            Model::BoucWen(m) => HysteresisOut::BoucWen(m.into()),
+            Model::BoucWenForce(m) => HysteresisOut::BoucWenForce(m.into()),
         }
     }
 }

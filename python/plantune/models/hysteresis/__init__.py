@@ -1,6 +1,8 @@
 """Models of hysteresis as values."""
 
+from plantune.models.hysteresis.bouc_wen import BoucWen
+from plantune.models.hysteresis.bouc_wen_force import BoucWenForce
 from plantune.models.hysteresis.play_stack import PlayStack
 from plantune.models.hysteresis.series_slip import SeriesSlip
 
-__all__ = ["PlayStack", "SeriesSlip"]
+__all__ = ["BoucWen", "BoucWenForce", "PlayStack", "SeriesSlip"]
