@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::hysteresis::{Operator, copy_state};
 
 /// Steps along x in units of the displacement over which zeta forgets.
-const STEP: f64 = 0.1;
+const STEP: f64 = 0.05;
 
 /// Most steps per sample.
 const MOST: usize = 10_000;
@@ -35,7 +35,8 @@ pub struct BoucWenForce {
 
 impl BoucWenForce {
     pub(in super::super) fn check(&self) -> Result<()> {
-        let all = [("k", self.k), ("alpha", self.alpha), ("g", self.g), ("d", self.d), ("offset", self.offset)];
+        let all =
+            [("k", self.k), ("alpha", self.alpha), ("g", self.g), ("d", self.d), ("offset", self.offset)];
         if let Some((name, value)) = all.iter().find(|(_, value)| !value.is_finite()) {
             return Err(Error::argument(name, value, "finite"));
         }
@@ -115,6 +116,12 @@ impl Zeta {
         }
     }
 
+    /// Moves on by `dx` in so many steps, whatever the shape: a smooth function of it.
+    pub(super) fn advance_in(&mut self, steps: usize, shape: &Shape, dx: f64) {
+        let h = dx.abs() / steps as f64;
+        (0..steps).for_each(|_| self.step(shape, sign(dx), h));
+    }
+
     fn step(&mut self, shape: &Shape, way: f64, h: f64) {
         let along = |k: &[f64; 4], h: f64| std::array::from_fn(|i| self.0[i] + h * k[i]);
         let k1 = slope(shape, way, &self.0);
@@ -148,7 +155,8 @@ mod tests {
         };
         let p = Shape { g: 0.7, d: 0.2, nu: 1.4 };
         let at = path(p);
-        let moved = [Shape { g: p.g + 1e-6, ..p }, Shape { d: p.d + 1e-6, ..p }, Shape { nu: p.nu + 1e-6, ..p }];
+        let moved =
+            [Shape { g: p.g + 1e-6, ..p }, Shape { d: p.d + 1e-6, ..p }, Shape { nu: p.nu + 1e-6, ..p }];
         for (i, moved) in moved.into_iter().enumerate() {
             let slope = (path(moved).value() - at.value()) / 1e-6;
             assert!((slope - at.0[i + 1]).abs() < 1e-4 * (1.0 + slope.abs()), "{i} {slope} {:?}", at.0);

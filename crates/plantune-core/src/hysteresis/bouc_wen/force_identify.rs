@@ -1,5 +1,6 @@
 //! The force over a displacement from a record: variable projection of offset, `k` and alpha, from several starts.
 
+use super::doubts;
 use super::force::BoucWenForce;
 use super::output_error::NU;
 use super::projection::Projection;
@@ -30,7 +31,7 @@ pub fn identify_force(x: &[f64], y: &[f64], nu: Option<f64>) -> Result<ForceFit>
     // A straight way from rest at 0 to the first row.
     let path: Vec<f64> = [0.0].iter().chain(x).map(|x| x / s).collect();
     let rows = path[1..].iter().zip(y).map(|(x, y)| vec![1.0, *x, *y]).collect();
-    let mut projection = Projection { rows, path, stride: 1, skip: 1, filter: None, nu };
+    let mut projection = Projection { rows, path, stride: 1, skip: 1, filter: None, budget: 0, nu };
     let nothing =
         || Error::new("N05", "no parameters reproduce the record").remedy("pass nu=1, or more rows");
     let found = projection.search().ok_or_else(nothing)?;
@@ -69,21 +70,7 @@ pub fn identify_force(x: &[f64], y: &[f64], nu: Option<f64>) -> Result<ForceFit>
     ];
     let P = congruence(&J.map(|row| row[..n].to_vec()), |i, j| variance * solution.inverse_gram[i * n + j]);
     let sd: Vec<f64> = (0..6).map(|i| P[i * 6 + i].sqrt()).collect();
-    let mut notes = Vec::new();
-    if !found.converged {
-        notes.push(
-            Note::warning("N05", "the search ended before its gradient was zero")
-                .measured(found.slope, 1e-5)
-                .remedy("pass nu=1, or more rows"),
-        );
-    }
-    if nu.is_none() && sd[4] > 0.25 * model.nu {
-        notes.push(
-            Note::warning("X02", format!("nu is {:.3} with a standard deviation of {:.2}", model.nu, sd[4]))
-                .measured(sd[4], 0.25 * model.nu)
-                .remedy("pass nu=1, or record larger swings"),
-        );
-    }
+    let notes = doubts(&found, y.len(), model.nu, sd[4]);
     Ok(ForceFit { model, sd, errors, notes })
 }
 

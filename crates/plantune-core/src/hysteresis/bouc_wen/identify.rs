@@ -8,11 +8,11 @@
 //!
 //! Covariance: `sigma^2 (Psi' Psi)^-1` of the slopes at the minimum, for white noise on y.
 
-use super::BoucWen;
 use super::initial_state::initial_state;
 use super::output_error::{NU, OutputError, parted};
 use super::start::{first_model, strongest};
 use super::tangent::COLUMNS;
+use super::{BoucWen, doubts};
 use crate::error::{Error, Result};
 use crate::linalg::{Minimum, congruence, extent, minimise, solve};
 use crate::note::{Note, Place};
@@ -22,9 +22,6 @@ pub const NAMES: [&str; COLUMNS] = ["m", "c", "k", "alpha", "bg", "bd", "nu", "y
 
 /// Slopes that depend on the others by more than this leave a parameter free.
 const TOLERANCE: f64 = 1e-7;
-
-/// Share of nu beyond which its standard deviation leaves it open.
-const OPEN: f64 = 0.25;
 
 /// Samples per period below which the splines between samples err.
 const COARSE: f64 = 10.0;
@@ -73,7 +70,7 @@ pub fn identify_bouc_wen(u: &[f64], y: &[f64], settings: &BoucWenSettings) -> Re
     let found = descended(&mut problem)?;
     let theta = problem.filled(&found.theta);
     let sd = deviations(&problem, &found, &theta, s, U, y.len())?;
-    let mut notes = doubts(&found, &theta, &sd, settings);
+    let mut notes = doubts(&found, y.len(), theta[6], sd[6]);
     notes.extend(coarse(y, Ts));
     finished(&problem, &theta, sd, u, y, settings, notes)
 }
@@ -164,25 +161,6 @@ fn derivatives(theta: &[f64; COLUMNS], s: f64, U: f64) -> [[f64; COLUMNS]; COLUM
     J[4][6] = -unit[4] * theta[4] * U.ln();
     J[5][6] = -unit[5] * theta[5] * U.ln();
     J
-}
-
-fn doubts(found: &Minimum, theta: &[f64; COLUMNS], sd: &[f64], settings: &BoucWenSettings) -> Vec<Note> {
-    let mut notes = Vec::new();
-    if !found.converged {
-        notes.push(
-            Note::warning("N05", "the search ended before its gradient was zero")
-                .measured(found.slope, 1e-5)
-                .remedy("pass nu=1, or more rows"),
-        );
-    }
-    if settings.nu.is_none() && sd[6] > OPEN * theta[6] {
-        notes.push(
-            Note::warning("X02", format!("nu is {:.3} with a standard deviation of {:.2}", theta[6], sd[6]))
-                .measured(sd[6], OPEN * theta[6])
-                .remedy("pass nu=1, or record larger swings, in which z yields"),
-        );
-    }
-    notes
 }
 
 fn coarse(y: &[f64], Ts: f64) -> Option<Note> {

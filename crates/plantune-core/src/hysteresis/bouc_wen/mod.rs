@@ -31,6 +31,8 @@ pub use operator::simulate;
 pub use spline::Hold;
 
 use crate::error::{Error, Result};
+use crate::linalg::Minimum;
+use crate::note::Note;
 use operator::Oscillator;
 
 /// Radians per step of the integrator, of the stiffest oscillation.
@@ -38,6 +40,12 @@ const STEP: f64 = 0.1;
 
 /// Fewest and most steps of the integrator per sample.
 const STEPS: (usize, usize) = (4, 1000);
+
+/// Standard deviations from the minimum at which a search may end.
+const OFF: f64 = 0.1;
+
+/// Share of nu beyond which its standard deviation leaves it open.
+const OPEN: f64 = 0.25;
 
 /// Parameters of the oscillator.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +96,28 @@ impl BoucWen {
         let stiffest = ((self.k.abs() + self.alpha.abs()) / self.m).sqrt().max((self.c / self.m).abs());
         ((stiffest * Ts / STEP).ceil() as usize).clamp(STEPS.0, STEPS.1)
     }
+}
+
+/// What a search leaves in doubt: how far from its minimum it ended, and nu.
+fn doubts(found: &Minimum, N: usize, nu: f64, sd_nu: f64) -> Vec<Note> {
+    let mut notes = Vec::new();
+    // The step to the minimum of the linearised problem, in standard deviations.
+    let off = found.slope * (N as f64).sqrt();
+    if !found.converged && off > OFF {
+        notes.push(
+            Note::warning("N05", format!("the search ended {off:.2} standard deviations from its minimum"))
+                .measured(off, OFF)
+                .remedy("pass nu=1, or more rows"),
+        );
+    }
+    if sd_nu > OPEN * nu {
+        notes.push(
+            Note::warning("X02", format!("nu is {nu:.3} with a standard deviation of {sd_nu:.2}"))
+                .measured(sd_nu, OPEN * nu)
+                .remedy("pass nu=1, or record larger swings, in which the force yields"),
+        );
+    }
+    notes
 }
 
 /// `|z|^nu`.

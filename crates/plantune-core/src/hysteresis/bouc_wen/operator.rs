@@ -45,9 +45,9 @@ pub fn simulate(
 }
 
 fn overflow(row: usize, Ts: f64) -> Error {
-    Error::new("N02", format!("the output grows beyond all numbers at row {row}"))
-        .count(row)
-        .remedy(format!("take more substeps, or a shorter sample time than {Ts} s; the model may be unstable"))
+    Error::new("N02", format!("the output grows beyond all numbers at row {row}")).count(row).remedy(format!(
+        "take more substeps, or a shorter sample time than {Ts} s; the model may be unstable"
+    ))
 }
 
 /// From one sample to the next, given the force at the ends and the middle of every step.

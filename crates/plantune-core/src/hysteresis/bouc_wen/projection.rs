@@ -14,10 +14,18 @@ use super::start::StateVariables;
 use crate::linalg::{Block, Minimum, Residuals, Triangle, dot, minimise, solve};
 
 /// Where searches begin: `g, d, nu`, in units of the largest displacement.
-pub(super) const STARTS: [[f64; 3]; 4] = [[0.5, 0.0, 1.0], [0.5, -0.5, 1.0], [1.0, 0.5, 1.0], [2.0, 0.0, 2.0]];
+pub(super) const STARTS: [[f64; 3]; 4] =
+    [[0.5, 0.0, 1.0], [0.5, -0.5, 1.0], [1.0, 0.5, 1.0], [2.0, 0.0, 2.0]];
+
+/// Evaluations from each start, and from the best of them on.
+const FEW: usize = 12;
+const MANY: usize = 30;
 
 /// Largest g and d that are searched.
 const MOST: f64 = 20.0;
+
+/// Longest step of the integrator along the path.
+const STEP: f64 = 0.05;
 
 /// Pivots below this share of the largest do not count.
 const TOLERANCE: f64 = 1e-12;
@@ -30,22 +38,27 @@ pub(super) struct Projection {
     pub(super) stride: usize,
     pub(super) skip: usize,
     pub(super) filter: Option<StateVariables>,
+    /// Evaluations that a search may still spend. Where zeta passes zero at a sample the slopes jump, and near a
+    /// minimum nothing comes of crossing these kinks one by one.
+    pub(super) budget: usize,
     /// nu where it is known.
     pub(super) nu: Option<f64>,
 }
 
 impl Projection {
-    /// The lowest of the minima from several starts.
+    /// The lowest of the minima from several starts: a few steps from each, the rest from the best.
     pub(super) fn search(&mut self) -> Option<Minimum> {
         let mut best: Option<Minimum> = None;
         for start in STARTS {
             let free = if self.nu.is_some() { &start[..2] } else { &start[..] };
+            self.budget = FEW;
             let Some(found) = minimise(self, free.to_vec()) else { continue };
             if best.as_ref().is_none_or(|best| found.cost < best.cost) {
                 best = Some(found);
             }
         }
-        best
+        self.budget = MANY;
+        minimise(self, best?.theta)
     }
 
     pub(super) fn shape(&self, theta: &[f64]) -> Shape {
@@ -71,7 +84,8 @@ impl Projection {
         let mut before = self.path[0];
         for (t, &x) in self.path.iter().enumerate() {
             let last = zeta;
-            zeta.advance(&shape, x - before);
+            let steps = ((x - before).abs() / STEP).ceil() as usize;
+            zeta.advance_in(steps, &shape, x - before);
             before = x;
             for (j, filter) in filters.iter_mut().enumerate() {
                 row[linear - 1 + j] = match filter {
@@ -125,6 +139,7 @@ fn scaled(triangle: &Triangle, linear: usize, factor: f64) -> Triangle {
 
 impl Residuals for Projection {
     fn linearise(&mut self, theta: &[f64]) -> Option<Triangle> {
+        self.budget = self.budget.checked_sub(1)?;
         let (_, triangle) = self.full(theta)?;
         Some(triangle.below(self.linear()))
     }

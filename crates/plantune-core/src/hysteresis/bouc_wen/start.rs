@@ -53,8 +53,11 @@ pub(super) fn first_model(u: &[f64], y: &[f64], Ts: f64, nu: Option<f64>) -> Res
     let c = projection.coefficients(&theta).ok_or_else(nothing)?;
     if !(c[0] > 0.0) || !(c[3] > 0.0) {
         let (what, value) = if c[0] > 0.0 { ("alpha", c[3]) } else { ("m", c[0]) };
-        return Err(Error::new("X02", format!("the record asks for {what} of {value:.3e}, must be positive"))
-            .remedy("excite the resonance with more than one amplitude, and check the sign of y"));
+        return Err(Error::new(
+            "X02",
+            format!("the record asks for {what} of {value:.3e}, must be positive"),
+        )
+        .remedy("excite the resonance with more than one amplitude, and check the sign of y"));
     }
     // z = alpha zeta
     let loss = c[3].powf(1.0 - shape.nu);
@@ -117,7 +120,7 @@ fn of_equation(u: &[f64], y: &[f64], Ts: f64, w: f64, nu: Option<f64>) -> Result
             .measured(u.len() as f64, needed as f64)
             .remedy(format!("record {needed} rows or more")));
     }
-    Ok(Projection { rows, path: fine_y, stride: FINE, skip, filter: Some(filter), nu })
+    Ok(Projection { rows, path: fine_y, stride: FINE, skip, filter: Some(filter), budget: 0, nu })
 }
 
 fn upsampled(x: &[f64]) -> Vec<f64> {
