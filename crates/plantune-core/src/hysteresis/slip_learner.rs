@@ -83,7 +83,8 @@ pub(super) struct Stretch {
     pub(super) P: Vec<f64>,
     /// First and last sample, counted from 0.
     pub(super) rows: (usize, usize),
-    travel: f64,
+    /// How far the input went.
+    pub(super) travel: f64,
 }
 
 impl Stretch {
