@@ -4,12 +4,14 @@ import pickle
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pytest import approx
 
 import plantune as pt
 from hysteresis.loops import LOOPS, cosine, plays
 from oracles import series_slip as oracle
-from plantune.errors import DataError, NotIdentifiable, UsageError
+from plantune.errors import DataError, NotIdentifiable, NumericsError, UsageError
 from plantune.hysteresis import SeriesSlip, SeriesSlipLearner
 
 TABLE = SeriesSlip(up=oracle.TABLE_4_1.up, down=oracle.TABLE_4_1.down)
@@ -133,6 +135,27 @@ def test_inverse_of_a_closed_loop_is_exact_all_around():
     y = loop.simulate(cosine(500) * 0.97908)
     assert loop.simulate(loop.inverse().simulate(y)) == approx(y, abs=1e-12)
     assert len(loop.inverse().up) == len(loop.up)
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0.1, 5), st.floats(-2, 2), st.floats(0.05, 3)), min_size=1, max_size=6
+    )
+)
+def test_round_trip_is_off_by_the_largest_gap_at_most(steps):
+    """Any rising group: widths of the elements, jumps between them, slopes."""
+    x_b, y_b, k = 0.0, 0.0, 1.0
+    up, ends = [(x_b, y_b, k)], []
+    for width, jump, slope in steps:
+        ends.append(y_b + k * width)
+        x_b, y_b, k = x_b + width, ends[-1] + jump, slope
+        up.append((x_b, y_b, k))
+    model = SeriesSlip(up=up)
+    y = np.linspace(0, max(ends[-1], y_b) + 3, 400)
+    back = model.simulate(model.inverse().simulate(y))
+    reached = np.maximum.accumulate(ends)
+    gaps = np.maximum(0, model.up[1:, 1] - reached)
+    assert np.abs(back - y).max() <= gaps.max() + 1e-9
 
 
 def test_inverse_of_a_falling_slope_is_refused():
@@ -299,6 +322,8 @@ def test_a_sample_that_is_none_changes_nothing():
     before = learner.__getstate__()
     with pytest.raises(UsageError, match="`y`"):
         learner.step(3.0, float("nan"))
+    with pytest.raises(NumericsError, match="overflow"):
+        learner.step(1e200, 3.0)
     assert np.array_equal(learner.__getstate__(), before)
     with pytest.raises(UsageError, match="state"):
         learner.__setstate__(before[:-1])

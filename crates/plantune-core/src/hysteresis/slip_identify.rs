@@ -59,7 +59,15 @@ pub fn identify_slip(x: &[f64], y: &[f64], mut settings: SlipSettings) -> Result
     let sd = learnt.iter().flat_map(|s| &s.P).map(|P| rms * P.sqrt()).collect();
     let notes = doubts(stretches, learner.settings(), x, y);
     let worst = errors.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
-    Ok(LearntSlip { model, N, rms, worst, relative: (e2 / y2).sqrt(), sd, notes })
+    Ok(LearntSlip {
+        model,
+        N,
+        rms,
+        worst,
+        relative: if e2 > 0.0 { (e2 / y2).sqrt() } else { 0.0 },
+        sd,
+        notes,
+    })
 }
 
 /// Standard deviation of the noise of a smooth signal. The mean, since the median of a quantised one is two times off.
@@ -124,6 +132,6 @@ fn part(stretches: [&Stretch; 2], x: &[f64]) -> Option<Note> {
             100.0 * down
         );
         let note = Note::warning("S04", text).measured(up.min(down), WHOLE);
-        note.remedy("record at least one cycle from the lowest input up and back")
+        note.remedy("record a cycle from the lowest input up and back; give `band` where the input is noisy")
     })
 }
