@@ -1,5 +1,6 @@
 """Elements in series: table 4.1 of source 002, their inverse, and how they are learnt."""
 
+import doctest
 import pickle
 
 import numpy as np
@@ -327,3 +328,9 @@ def test_a_sample_that_is_none_changes_nothing():
     assert np.array_equal(learner.__getstate__(), before)
     with pytest.raises(UsageError, match="state"):
         learner.__setstate__(before[:-1])
+
+
+def test_the_example_of_the_learner_runs():
+    """A compiled class, which pytest does not look into."""
+    (example,) = doctest.DocTestFinder().find(SeriesSlipLearner, "learner", module=False)[:1]
+    assert doctest.DocTestRunner(verbose=False).run(example).failed == 0

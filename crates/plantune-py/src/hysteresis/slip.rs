@@ -151,7 +151,7 @@ impl From<SettingsIn> for SlipSettings {
 /// >>> learner = pt.hysteresis.SeriesSlipLearner(threshold=0.5)
 /// >>> errors = learner.run(x, y)
 /// >>> learner.elements
-/// (3, 3)
+/// (2, 3)
 #[pyclass(module = "plantune._core")]
 pub struct SeriesSlipLearner(SlipLearner);
 
