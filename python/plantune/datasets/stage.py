@@ -67,7 +67,7 @@ PIEZO_STAGE: Final = PiezoStage(
 def piezo_stage(
     cycles: int = 2,
     *,
-    drift: float = 0.3,
+    drift: float = 0.6,
     noise_sd: float = 0.0,
     digit: float = PIEZO_STAGE.digit,
     rows: int = 2000,

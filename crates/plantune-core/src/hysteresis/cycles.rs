@@ -40,16 +40,17 @@ pub fn cycles(x: &[f64], band: Option<f64>) -> Result<Cycles> {
         return Err(Error::argument("x", format!("{} in row {k}", x[k]), "finite"));
     }
     let (low, high) = x.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
-    let band = band.unwrap_or(BAND * (high - low));
+    let range = (high - low).max(0.0);
+    let band = band.unwrap_or(BAND * range);
     if !(band >= 0.0 && band.is_finite()) {
         return Err(Error::argument("band", band, "0 or positive, and finite"));
     }
-    if !(high - low > band) {
+    if range <= band {
         return Err(Error::new("X01", "the input does not move by more than the band")
-            .measured((high - low).max(0.0), band)
+            .measured(range, band)
             .remedy("record cycles of the input, or take a smaller band"));
     }
-    let near = band.max(BAND * (high - low));
+    let near = band.max(BAND * range);
     let turns = complete(x, turning_points(x, band), (low, high), near);
     let whole: Vec<[usize; 3]> = turns
         .windows(3)

@@ -9,6 +9,7 @@ mod cycles;
 mod feed_forward;
 mod misfit;
 mod play;
+mod plays;
 mod preisach;
 mod series_slip;
 mod slip_identify;

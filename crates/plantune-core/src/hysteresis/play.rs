@@ -12,7 +12,7 @@
 //! r'_i = sum_(j<=i) w_j (r_i - r_j)    w'_0 = 1 / w_0    w'_i = 1/(w_0 + ... + w_i) - 1/(w_0 + ... + w_(i-1))
 //! ```
 
-use super::{Operator, copy_state};
+use super::plays::Plays;
 use crate::error::{Error, Result};
 
 /// Half widths, weights and offset.
@@ -43,7 +43,7 @@ impl PlayStack {
     }
 
     pub(super) fn start(&self) -> Plays {
-        Plays { stack: self.clone(), z: vec![0.0; self.r.len()] }
+        Plays::new(self, &vec![0.0; self.r.len()])
     }
 
     pub(super) fn inverse(&self) -> Result<PlayStack> {
@@ -61,30 +61,5 @@ impl PlayStack {
             w.push(if i == 0 { 1.0 / sum } else { 1.0 / sum - 1.0 / before });
         }
         Ok(PlayStack { r, w, offset: 0.0 })
-    }
-}
-
-/// Plays at work.
-pub(super) struct Plays {
-    stack: PlayStack,
-    z: Vec<f64>,
-}
-
-impl Operator for Plays {
-    fn step(&mut self, x: f64) -> f64 {
-        let mut y = self.stack.offset;
-        for ((z, r), w) in self.z.iter_mut().zip(&self.stack.r).zip(&self.stack.w) {
-            *z = (x - r).max((x + r).min(*z));
-            y += w * *z;
-        }
-        y
-    }
-
-    fn state(&self) -> Vec<f64> {
-        self.z.clone()
-    }
-
-    fn resume(&mut self, state: &[f64]) -> Result<()> {
-        copy_state(&mut self.z, state)
     }
 }

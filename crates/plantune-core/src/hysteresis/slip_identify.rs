@@ -8,7 +8,7 @@
 //! a row must be asked for: with one, the elements double at four and run into the hundreds at two.
 
 use super::Operator;
-use super::series_slip::{Element, SeriesSlip};
+use super::series_slip::SeriesSlip;
 use super::slip_learner::{SOUND, SlipLearner, SlipSettings, Stretch};
 use crate::error::Result;
 use crate::note::Note;
@@ -16,7 +16,7 @@ use crate::note::Note;
 /// Elements of one direction that a smooth branch asks for, at most, in units of `sqrt(range / threshold)`.
 const MANY: f64 = 1.5;
 
-/// Share of the input's range that both groups must cover for a whole cycle.
+/// Share of the input's range that a stretch of each direction must cover for a whole cycle.
 const WHOLE: f64 = 0.9;
 
 /// A model of the last cycle of a record, and how it fits there.
@@ -57,9 +57,17 @@ pub fn identify_slip(x: &[f64], y: &[f64], mut settings: SlipSettings) -> Result
     let (e2, y2) = (sum_of_squares(&errors), sum_of_squares(y_used));
     let rms = (e2 / N as f64).sqrt();
     let sd = learnt.iter().flat_map(|s| &s.P).map(|P| rms * P.sqrt()).collect();
-    let notes = doubts(&model, learner.settings(), x, y);
+    let notes = doubts(stretches, learner.settings(), x, y);
     let worst = errors.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
-    Ok(LearntSlip { model, N, rms, worst, relative: (e2 / y2).sqrt(), sd, notes })
+    Ok(LearntSlip {
+        model,
+        N,
+        rms,
+        worst,
+        relative: if e2 > 0.0 { (e2 / y2).sqrt() } else { 0.0 },
+        sd,
+        notes,
+    })
 }
 
 /// Standard deviation of the noise of a smooth signal. The mean, since the median of a quantised one is two times off.
@@ -83,8 +91,9 @@ fn range(x: &[f64]) -> f64 {
     x.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) - x.iter().fold(f64::INFINITY, |a, b| a.min(*b))
 }
 
-fn doubts(model: &SeriesSlip, settings: &SlipSettings, x: &[f64], y: &[f64]) -> Vec<Note> {
-    let all = [below_noise(settings), below_quantum(settings, y), many(model, settings, y), part(model, x)];
+fn doubts(stretches: [&Stretch; 2], settings: &SlipSettings, x: &[f64], y: &[f64]) -> Vec<Note> {
+    let n = stretches.map(|s| s.elements.len()).into_iter().max().unwrap_or(0);
+    let all = [below_noise(settings), below_quantum(settings, y), many(n, settings, y), part(stretches, x)];
     all.into_iter().flatten().collect()
 }
 
@@ -104,8 +113,7 @@ fn below_quantum(settings: &SlipSettings, y: &[f64]) -> Option<Note> {
     })
 }
 
-fn many(model: &SeriesSlip, settings: &SlipSettings, y: &[f64]) -> Option<Note> {
-    let n = model.up.len().max(model.down.len());
+fn many(n: usize, settings: &SlipSettings, y: &[f64]) -> Option<Note> {
     let most = MANY * (range(y) / settings.threshold).sqrt();
     (n as f64 > most.max(4.0)).then(|| {
         let text = format!("{n} elements in one direction: they follow the noise, or kinks of the loop");
@@ -114,19 +122,16 @@ fn many(model: &SeriesSlip, settings: &SlipSettings, y: &[f64]) -> Option<Note> 
     })
 }
 
-fn part(model: &SeriesSlip, x: &[f64]) -> Option<Note> {
-    // A group begins where the other one ends.
-    let (Some(bottom), Some(top)) = (model.up.first(), model.down.first()) else {
-        return Some(not_whole("the record has one direction only".to_owned(), 0.0));
-    };
-    let share = (top.x_b - bottom.x_b) / range(x);
-    (share < WHOLE).then(|| {
-        let of = |e: &Element| format!("{:.4}", e.x_b);
-        not_whole(format!("rising is learnt from {} on, falling from {} on", of(bottom), of(top)), share)
+fn part(stretches: [&Stretch; 2], x: &[f64]) -> Option<Note> {
+    let range = range(x);
+    let [up, down] = stretches.map(|s| s.travel / range);
+    (up.min(down) < WHOLE).then(|| {
+        let text = format!(
+            "no whole cycle: the longest rise covers {:.0} % of the input's range, the longest fall {:.0} %",
+            100.0 * up,
+            100.0 * down
+        );
+        let note = Note::warning("S04", text).measured(up.min(down), WHOLE);
+        note.remedy("record a cycle from the lowest input up and back; give `band` where the input is noisy")
     })
-}
-
-fn not_whole(text: String, share: f64) -> Note {
-    let note = Note::warning("S04", format!("no whole cycle: {text}")).measured(share, WHOLE);
-    note.remedy("record at least one cycle from the lowest input up and back")
 }

@@ -83,7 +83,8 @@ pub(super) struct Stretch {
     pub(super) P: Vec<f64>,
     /// First and last sample, counted from 0.
     pub(super) rows: (usize, usize),
-    travel: f64,
+    /// How far the input went.
+    pub(super) travel: f64,
 }
 
 impl Stretch {
@@ -130,6 +131,10 @@ impl SlipLearner {
             if !value.is_finite() {
                 return Err(Error::argument(name, value, "a finite number"));
             }
+        }
+        if !(x * x + y * y).is_finite() {
+            let text = "the numbers of this sample overflow when squared";
+            return Err(Error::new("N02", text).remedy("scale the signals to a range near 1"));
         }
         let sample = Sample { x, y };
         self.count += 1;
@@ -191,16 +196,12 @@ impl SlipLearner {
 
     /// A stretch begins at a sample, with the slope that the last one in its direction began with.
     fn anchor(&mut self, at: Sample, row: usize) {
-        let k = self.stretch_done().elements.first().map_or(0.0, |e| e.k);
+        let k = self.done[index(self.way)].elements.first().map_or(0.0, |e| e.k);
         self.now.begin(at, k, self.settings.P0);
         self.now.rows = (row, row);
         self.extreme = at;
         self.inside = (at, k);
         self.beyond.clear();
-    }
-
-    fn stretch_done(&self) -> &Stretch {
-        &self.done[index(self.way)]
     }
 
     /// The input has turned: the other group, from the extreme on.

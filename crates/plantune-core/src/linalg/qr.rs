@@ -6,16 +6,12 @@
 //! Householder QR is invariant to column scaling, so scaling and pivoting wait until
 //! the triangle is solved ([`super::solve`]).
 
-use std::ops::{Deref, DerefMut};
-
+use super::lines::Lines;
 use super::reflect::{LANES, absorb, gather};
 
 /// Rows of a block: ten columns of it fit into the first-level cache, and no two of them begin 4096 bytes
 /// apart, which would hold up loads behind stores.
 pub const BLOCK: usize = 264;
-
-/// Numbers in a cache line.
-const LINE: usize = 8;
 
 /// Rows on their way into a triangle: [`BLOCK`] of them, and what was made of those before.
 pub struct Block {
@@ -76,35 +72,6 @@ impl Block {
         absorb(&mut self.lanes, self.n, &mut self.data, BLOCK, rows);
         self.rows = 0;
         self.reduced = true;
-    }
-}
-
-/// Numbers that begin on a cache line: a register that straddles two loads at half speed.
-struct Lines {
-    data: Vec<f64>,
-    start: usize,
-}
-
-impl Lines {
-    fn new(len: usize) -> Self {
-        let data = vec![0.0; len + LINE];
-        let start = data.as_ptr().align_offset(LINE * size_of::<f64>()).min(LINE);
-        Lines { data, start }
-    }
-}
-
-impl Deref for Lines {
-    type Target = [f64];
-
-    fn deref(&self) -> &[f64] {
-        &self.data[self.start..][..self.data.len() - LINE]
-    }
-}
-
-impl DerefMut for Lines {
-    fn deref_mut(&mut self) -> &mut [f64] {
-        let len = self.data.len() - LINE;
-        &mut self.data[self.start..][..len]
     }
 }
 

@@ -1,6 +1,6 @@
 //! Elements in series: in and out, learnt sample by sample, learnt from a record.
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{AllowTypeChange, PyArrayLike1, PyReadonlyArray1, PyReadonlyArray2};
 use plantune_core::hysteresis::{
     Element, LearntSlip, Model, SeriesSlip, SlipLearner, SlipSettings, identify_slip,
 };
@@ -151,7 +151,7 @@ impl From<SettingsIn> for SlipSettings {
 /// >>> learner = pt.hysteresis.SeriesSlipLearner(threshold=0.5)
 /// >>> errors = learner.run(x, y)
 /// >>> learner.elements
-/// (3, 3)
+/// (2, 3)
 #[pyclass(module = "plantune._core")]
 pub struct SeriesSlipLearner(SlipLearner);
 
@@ -175,12 +175,12 @@ impl SeriesSlipLearner {
     fn run<'py>(
         &mut self,
         py: Python<'py>,
-        x: PyReadonlyArray1<'py, f64>,
-        y: PyReadonlyArray1<'py, f64>,
+        x: PyArrayLike1<'py, f64, AllowTypeChange>,
+        y: PyArrayLike1<'py, f64, AllowTypeChange>,
     ) -> Outcome<Array<'py>> {
-        let (x, y) = (x.as_slice().map_err(PyErr::from)?, y.as_slice().map_err(PyErr::from)?);
+        let (x, y) = (x.as_array().to_vec(), y.as_array().to_vec());
         let learner = &mut self.0;
-        let errors = py.detach(|| learner.run(x, y))?;
+        let errors = py.detach(|| learner.run(&x, &y))?;
         Ok(array(py, errors))
     }
 
