@@ -63,7 +63,7 @@ pub fn cycles(x: &[f64], band: Option<f64>) -> Result<Cycles> {
 }
 
 /// Extremes in turn, both ends of the record among them.
-fn turning_points(x: &[f64], band: f64) -> Vec<usize> {
+pub(super) fn turning_points(x: &[f64], band: f64) -> Vec<usize> {
     let (mut points, mut way, mut best) = (vec![0], 0.0, 0);
     for t in 0..x.len() {
         if way == 0.0 {

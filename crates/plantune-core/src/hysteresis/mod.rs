@@ -7,6 +7,7 @@ mod cmac;
 mod creep;
 mod cycles;
 mod feed_forward;
+mod maxwell_slip;
 mod misfit;
 mod play;
 mod plays;
@@ -23,6 +24,9 @@ pub use cmac::{Cmac, CmacSettings};
 pub use creep::{ChargeLeak, Creep, CreepFit, CreepSettings, identify_creep};
 pub use cycles::{Cycles, Repeatability, cycles, repeatability};
 pub use feed_forward::{TrackRun, Tracking, track};
+pub use maxwell_slip::{
+    LoopDirection, MaxwellFit, MaxwellSettings, MaxwellSlip, identify_maxwell, loop_direction,
+};
 pub use misfit::Misfit;
 pub use play::PlayStack;
 pub use preisach::{
@@ -73,6 +77,8 @@ pub enum Model {
     BoucWen(BoucWen),
     /// That force over a displacement.
     BoucWenForce(BoucWenForce),
+    /// Springs whose blocks slip.
+    MaxwellSlip(MaxwellSlip),
 }
 
 impl Model {
@@ -88,6 +94,7 @@ impl Model {
             Model::ChargeLeak(m) => m.check(),
             Model::BoucWen(m) => m.check(),
             Model::BoucWenForce(m) => m.check(),
+            Model::MaxwellSlip(m) => m.check(),
         }
     }
 
@@ -104,6 +111,7 @@ impl Model {
             Model::ChargeLeak(m) => m.start(),
             Model::BoucWen(m) => Box::new(m.start()?),
             Model::BoucWenForce(m) => Box::new(m.start()),
+            Model::MaxwellSlip(m) => Box::new(m.plays().start()),
         })
     }
 
@@ -127,6 +135,7 @@ impl Model {
                 "a charge, which no current of the same sample moves",
                 "one whose input acts at once; `leak(V)` is the current that holds a charge",
             )),
+            Model::MaxwellSlip(m) => Ok(Model::PlayStack(m.inverse()?)),
             Model::BoucWen(_) | Model::BoucWenForce(_) => Err(Error::argument(
                 "model",
                 "of Bouc and Wen, which has no inverse in closed form",

@@ -5,6 +5,7 @@ mod cmac;
 mod creep;
 mod cycles;
 mod identified;
+mod maxwell_slip;
 mod preisach;
 mod slip;
 mod stream;
@@ -23,6 +24,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     cycles::register(m)?;
     slip::register(m)?;
     bouc_wen::register(m)?;
+    maxwell_slip::register(m)?;
     m.add_class::<cmac::Cmac>()?;
     for register in [preisach::register, creep::register, track::register] {
         register(m)?;
@@ -60,6 +62,7 @@ impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
             "creep_inverse" => Model::CreepInverse(value.extract::<creep::CreepIn>()?.core()?),
             "bouc_wen" => Model::BoucWen(value.extract::<bouc_wen::BoucWenIn>()?.into()),
             "bouc_wen_force" => Model::BoucWenForce(value.extract::<bouc_wen::BoucWenForceIn>()?.into()),
+            "maxwell_slip" => Model::MaxwellSlip(value.extract::<maxwell_slip::MaxwellSlipIn>()?.into()),
             "charge_leak" => Model::ChargeLeak(value.extract::<creep::ChargeLeakIn>()?.into()),
             _ => return Err(not_a_model(&value)),
         }))
@@ -81,6 +84,7 @@ pub enum HysteresisOut {
     ChargeLeak(creep::ChargeLeakOut),
     BoucWen(bouc_wen::BoucWenOut),
     BoucWenForce(bouc_wen::BoucWenForceOut),
+    MaxwellSlip(maxwell_slip::MaxwellSlipOut),
 }
 
 impl From<Model> for HysteresisOut {
@@ -97,6 +101,7 @@ impl From<Model> for HysteresisOut {
             Model::ChargeLeak(m) => HysteresisOut::ChargeLeak(m.into()),
             Model::BoucWen(m) => HysteresisOut::BoucWen(m.into()),
             Model::BoucWenForce(m) => HysteresisOut::BoucWenForce(m.into()),
+            Model::MaxwellSlip(m) => HysteresisOut::MaxwellSlip(m.into()),
         }
     }
 }
