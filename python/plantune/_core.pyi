@@ -853,6 +853,14 @@ def bouc_wen_force_identify(
 ) -> tuple[Fields, Fields, list[Fields]]:
     """Fields of the model, of `Identified`, and notes."""
 
+def maxwell_identify(
+    x: Floats, y: Floats, n: int | None, r: list[float] | None, offset: bool
+) -> tuple[Fields, Fields]:
+    """Fields of the model, and of `Identified`."""
+
+def hysteresis_direction(x: Floats, y: Floats) -> Fields:
+    """Fields of `LoopDirection`."""
+
 class SeriesSlipLearner:
     """Elements in series, learnt one sample at a time."""
 

@@ -79,7 +79,7 @@ class BoucWen(HysteresisModel):
             object.__setattr__(self, name, float(getattr(self, name)))
         _core.hysteresis_check(self)
 
-    def simulate(  # type: ignore[override]
+    def simulate(
         self,
         x: ArrayLike,
         Ts: float | None = None,
