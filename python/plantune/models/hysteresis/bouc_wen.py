@@ -242,7 +242,7 @@ class BoucWen(HysteresisModel):
             column(u, "u"), column(y, "y"), float(Ts), nu, x0 == "rest", start_only
         )
         names = (*_PARAMETERS, *_STATES)
-        identified = Identified(**how, names=names, notes=notes_from_core(notes))
+        identified = Identified(**{**how, "tried": ()}, names=names, notes=notes_from_core(notes))
         return cls(**model, x0=state, identified=identified)
 
     def _Ts(self, Ts: float | None) -> float:

@@ -99,7 +99,7 @@ class BoucWenForce(HysteresisModel):
         1.50
         """
         model, how, notes = _core.bouc_wen_force_identify(column(x, "x"), column(y, "y"), nu)
-        identified = Identified(**how, names=_PARAMETERS, notes=notes_from_core(notes))
+        identified = Identified(**{**how, "tried": ()}, names=_PARAMETERS, notes=notes_from_core(notes))
         return cls(**model, identified=identified)
 
     def __str__(self) -> str:

@@ -146,4 +146,5 @@ class MaxwellSlip(HysteresisModel):
             column(x, "x"), column(y, "y"), count, thresholds, bool(offset)
         )
         names = (*(f"k{i + 1}" for i in range(len(model["k"]))), "spring", "offset")
-        return cls(**model, identified=Identified(**how, names=names))
+        tried = tuple(how.pop("tried"))
+        return cls(**model, identified=Identified(**how, tried=tried, names=names))

@@ -6,11 +6,15 @@ use super::output_error::NU;
 use super::projection::Projection;
 use crate::error::{Error, Result};
 use crate::hysteresis::Operator;
-use crate::linalg::{congruence, solve};
+use crate::linalg::{Triangle, congruence, dot, residual_norm2, solve};
 use crate::note::{Note, Place};
+use crate::stats::f_tail;
 
 /// Slopes that depend on the others by more than this leave a parameter free.
 const TOLERANCE: f64 = 1e-9;
+
+/// Chance at which a straight line does as well.
+const CHANCE: f64 = 0.01;
 
 /// The fitted model.
 #[derive(Clone, Debug)]
@@ -36,6 +40,7 @@ pub fn identify_force(x: &[f64], y: &[f64], nu: Option<f64>) -> Result<ForceFit>
         || Error::new("N05", "no parameters reproduce the record").remedy("pass nu=1, or more rows");
     let found = projection.search().ok_or_else(nothing)?;
     let (c, triangle) = projection.full(&found.theta).ok_or_else(nothing)?;
+    memory_shows(&triangle, found.cost, y)?;
     let shape = projection.shape(&found.theta);
     let loss = s.powf(-shape.nu);
     let model = BoucWenForce {
@@ -72,6 +77,20 @@ pub fn identify_force(x: &[f64], y: &[f64], nu: Option<f64>) -> Result<ForceFit>
     let sd: Vec<f64> = (0..6).map(|i| P[i * 6 + i].sqrt()).collect();
     let notes = doubts(&found, y.len(), model.nu, sd[4]);
     Ok(ForceFit { model, sd, errors, notes })
+}
+
+/// Refuses where a straight line is as good, by an F test of zeta and its shape.
+fn memory_shows(triangle: &Triangle, cost: f64, y: &[f64]) -> Result<()> {
+    let n = triangle.n() - 1;
+    let line = residual_norm2(triangle, &[0, 1], n, TOLERANCE);
+    let (more, rest) = ((n - 2) as f64, y.len().saturating_sub(n).max(1) as f64);
+    let p = f_tail((line - cost).max(0.0) / more / (cost / rest), more, rest);
+    if line > 1e-24 * dot(y, y) && p <= CHANCE {
+        return Ok(());
+    }
+    Err(Error::new("X02", "y over x is a straight line: no memory shows")
+        .measured(p, CHANCE)
+        .remedy("let x swing so far that its loops open"))
 }
 
 /// Largest `|x|`.
