@@ -39,9 +39,7 @@ def test_the_oscillator_is_that_of_an_adaptive_integrator(bg, bd, nu):
     def force(t):
         return 120 * np.sin(200 * t) * np.sin(20 * t) ** 2
 
-    p = oracle.SimpleNamespace(
-        m=2, c=10, k=5e4, alpha=5e4, beta=1.0, gamma=bg, delta=bd, nu=nu
-    )
+    p = oracle.SimpleNamespace(m=2, c=10, k=5e4, alpha=5e4, beta=1.0, gamma=bg, delta=bd, nu=nu)
     start = (1e-4, 0.02, 5.0)
     exact = oracle.oscillator(t, force, p, start)[0]
     plant = BoucWen(2, 10, 5e4, 5e4, bg, bd, nu)

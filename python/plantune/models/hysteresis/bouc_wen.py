@@ -115,8 +115,9 @@ class BoucWen(HysteresisModel):
         --------
         >>> import plantune as pt
         >>> plant = pt.hysteresis.BoucWen(2, 10, 5e4, 5e4, 800, -1100, Ts=1 / 750)
-        >>> line = plant.simulate([0.0, 50.0, 100.0], hold="line")
-        >>> bool((line == plant.stream().run([0.0, 50.0, 100.0])).all())
+        >>> stream = plant.stream()
+        >>> y = [stream.step(u) for u in (0.0, 50.0, 100.0)]
+        >>> y == plant.simulate([0.0, 50.0, 100.0], hold="line").tolist()
         True
         """
         if isinstance(x0, str) and x0 != "rest":

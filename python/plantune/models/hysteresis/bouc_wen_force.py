@@ -41,8 +41,8 @@ class BoucWenForce(HysteresisModel):
     --------
     >>> import plantune as pt
     >>> force = pt.hysteresis.BoucWenForce(k=0.1, alpha=1, g=1.5, d=0.5)
-    >>> force.simulate([0.0, 5.0, 0.0, -5.0, 0.0])
-    array([ 0.  ,  1.  , -0.52, -1.  ,  0.52])
+    >>> force.simulate([0.0, 5.0, 0.0, -5.0, 0.0]).round(2)
+    array([ 0. ,  1. , -0.5, -1. ,  0.5])
     """
 
     kind: ClassVar[str] = "bouc_wen_force"
@@ -99,7 +99,9 @@ class BoucWenForce(HysteresisModel):
         1.50
         """
         model, how, notes = _core.bouc_wen_force_identify(column(x, "x"), column(y, "y"), nu)
-        identified = Identified(**{**how, "tried": ()}, names=_PARAMETERS, notes=notes_from_core(notes))
+        identified = Identified(
+            **{**how, "tried": ()}, names=_PARAMETERS, notes=notes_from_core(notes)
+        )
         return cls(**model, identified=identified)
 
     def __str__(self) -> str:

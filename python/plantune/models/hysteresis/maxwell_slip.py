@@ -137,8 +137,8 @@ class MaxwellSlip(HysteresisModel):
         >>> x = np.linspace(0, 3, 600) * np.sin(np.linspace(0, 40, 600))
         >>> y = pt.hysteresis.MaxwellSlip(k=[2, 1], f=[1, 2], spring=0.5).simulate(x)
         >>> model = pt.hysteresis.MaxwellSlip.identify(x, y, r=[0.5, 1, 2])
-        >>> model
-        MaxwellSlip(k=array([2., 1.]), f=array([1., 2.]), spring=0.5, offset=...)
+        >>> model.k, model.f, model.spring
+        (array([2., 1.]), array([1., 2.]), 0.50)
         """
         count = None if n == "auto" else int(n)
         thresholds = None if r is None else np.array(r, float).reshape(-1).tolist()

@@ -1,13 +1,14 @@
 //! Which way a loop turns, with x to the right and y upwards: what it asks of a model.
 //!
 //! ```text
-//! A = closed integral of y dx,   path from the first to the last crossing of a middle x_c
-//! upper, lower = the shares of x > x_c and x < x_c
+//! A = closed integral of y dx,   path from the first to the last row where x passes a level
+//! upper, lower = the shares above and below the median of x
 //! ```
 //!
-//! The path is closed in x, so that any curve without memory integrates to 0. Clockwise loops (A > 0: y higher
-//! while x rises, as forces of friction are) want stops; counter-clockwise ones (y behind x, as piezos are) want
-//! plays; where the two halves turn against each other, the loop is a butterfly and wants plays on |x| as well.
+//! The path is closed in x, so that any curve without memory integrates to 0. Of the levels at which the record
+//! begins and ends, and the median, the one with the longest path counts. Clockwise loops (A > 0: y higher while x
+//! rises, as forces of friction are) want stops; counter-clockwise ones (y behind x, as piezos are) want plays; where
+//! the two halves turn against each other, the loop is a butterfly and wants plays on |x| as well.
 //! Source 002, figure 3.6: types A and B.
 
 use crate::error::{Error, Result};
@@ -38,41 +39,53 @@ pub fn loop_direction(x: &[f64], y: &[f64]) -> Result<LoopDirection> {
         return Err(Error::new("D09", format!("x has {} rows and y has {}", x.len(), y.len()))
             .remedy("pass rows of the same instants"));
     }
-    let middle = median(x.to_vec());
-    let crossings: Vec<usize> = (1..x.len()).filter(|&t| (x[t - 1] < middle) != (x[t] < middle)).collect();
-    let (first, last) = match crossings[..] {
-        [first, .., last] => (first, last),
-        _ => {
-            return Err(Error::new("X01", "x does not come back: there is no closed loop")
-                .at(Place::column("x"))
-                .measured(crossings.len() as f64, 2.0)
-                .remedy("record one whole cycle of the input or more"));
-        }
+    let (Some(&begin), Some(&end)) = (x.first(), x.last()) else {
+        return Err(Error::argument("x", "empty", "one whole cycle or more"));
     };
-    // y where x crosses the middle before row t.
-    let at_middle = |t: usize| y[t - 1] + (y[t] - y[t - 1]) * (middle - x[t - 1]) / (x[t] - x[t - 1]);
-    let (mut upper, mut lower, mut travel) = (0.0, 0.0, 0.0);
-    let mut add = |from: (f64, f64), to: (f64, f64)| {
+    let middle = median(x.to_vec());
+    let paths = [begin, end, middle].into_iter().filter_map(|level| closed(x, y, level));
+    let longest = paths.max_by(|a, b| travel(a).total_cmp(&travel(b))).ok_or_else(|| {
+        Error::new("X01", "x does not come back: there is no closed loop")
+            .at(Place::column("x"))
+            .remedy("record one whole cycle of the input or more")
+    })?;
+    let (mut upper, mut lower) = (0.0, 0.0);
+    let mut add = |from: Point, to: Point| {
         let part = 0.5 * (from.1 + to.1) * (to.0 - from.0);
         *(if from.0 + to.0 >= 2.0 * middle { &mut upper } else { &mut lower }) += part;
-        travel += (to.0 - from.0).abs();
     };
-    for t in first..=last {
-        let (from, to) = ((x[t - 1], y[t - 1]), (x[t], y[t]));
-        let crosses = (from.0 < middle) != (to.0 < middle);
-        if crosses {
-            let between = (middle, at_middle(t));
-            if t > first {
-                add(from, between);
-            }
-            if t < last {
-                add(between, to);
-            }
+    for points in longest.windows(2) {
+        let (from, to) = (points[0], points[1]);
+        if (from.0 - middle) * (to.0 - middle) < 0.0 {
+            let between = at_level(from, to, middle);
+            add(from, between);
+            add(between, to);
         } else {
             add(from, to);
         }
     }
-    Ok(judged(upper, lower, travel, y))
+    Ok(judged(upper, lower, travel(&longest), y))
+}
+
+type Point = (f64, f64);
+
+/// From the first to the last passage of a level; none where there is only one.
+fn closed(x: &[f64], y: &[f64], level: f64) -> Option<Vec<Point>> {
+    let passes = |t: &usize| x[t - 1] != x[*t] && (x[t - 1] - level) * (x[*t] - level) <= 0.0;
+    let mut passages = (1..x.len()).filter(passes);
+    let (first, last) = (passages.next()?, passages.next_back()?);
+    let passage = |t: usize| at_level((x[t - 1], y[t - 1]), (x[t], y[t]), level);
+    let rows = (first..last).map(|t| (x[t], y[t]));
+    Some([passage(first)].into_iter().chain(rows).chain([passage(last)]).collect())
+}
+
+/// Where the chord passes a level of x.
+fn at_level(from: Point, to: Point, level: f64) -> Point {
+    (level, from.1 + (to.1 - from.1) * (level - from.0) / (to.0 - from.0))
+}
+
+fn travel(path: &[Point]) -> f64 {
+    path.windows(2).map(|p| (p[1].0 - p[0].0).abs()).sum()
 }
 
 fn judged(upper: f64, lower: f64, travel: f64, y: &[f64]) -> LoopDirection {
@@ -104,9 +117,9 @@ mod tests {
         let x: Vec<f64> = (0..=n).map(|k| at(k).sin()).collect();
         let y: Vec<f64> = (0..=n).map(|k| at(k).cos() + 0.5 * at(k).sin().powi(2)).collect();
         let found = loop_direction(&x, &y).expect("a loop");
-        // From the first to the last crossing are two and a half circles.
+        // From the level of the beginning back to it are three circles, to rounding of the last row.
         assert_eq!(found.direction, "clockwise");
-        assert!((found.area - 2.5 * std::f64::consts::PI).abs() < 1e-4, "{found:?}");
+        assert!((found.area - 3.0 * std::f64::consts::PI).abs() < 1e-4, "{found:?}");
         let back: Vec<f64> = y.iter().map(|y| -y).collect();
         assert_eq!(loop_direction(&x, &back).expect("a loop").direction, "counter-clockwise");
         let flat: Vec<f64> = x.iter().map(|x| x * x).collect();
