@@ -135,7 +135,7 @@ def test_a_known_nu_narrows_the_rest():
 def test_what_a_record_does_not_tell_is_refused_or_said():
     linear = BoucWen(m=2, c=10, k=9e4, alpha=1e4, bg=0, bd=0)
     u = multisine(8)
-    with pytest.raises(NotIdentifiable, match="tell|asks") as refused:
+    with pytest.raises(NotIdentifiable, match=r"tell|asks") as refused:
         BoucWen.identify(u, linear.simulate(u, TS), TS)
     assert refused.value.code == "X02"
     # A hundredth of the swing: z hardly leaves its line, and noise hides the rest.

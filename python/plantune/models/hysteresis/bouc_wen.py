@@ -57,8 +57,8 @@ class BoucWen(HysteresisModel):
     --------
     >>> import plantune as pt
     >>> plant = pt.hysteresis.BoucWen(m=2, c=10, k=5e4, alpha=5e4, bg=800, bd=-1100, nu=1)
-    >>> plant.simulate([0, 50, 100, 50, 0], Ts=1 / 750) * 1e6
-    array([ 0.  ,  6.01, 46.39, 131.45, 228.29])
+    >>> plant.simulate([0, 50, 100, 50], Ts=1 / 750) * 1e6
+    array([  0.  ,   5.40,  54.29, 178.64])
     """
 
     kind: ClassVar[str] = "bouc_wen"
@@ -211,6 +211,14 @@ class BoucWen(HysteresisModel):
         >>> model = pt.hysteresis.BoucWen.identify(u, plant.simulate(u) + noise, Ts=1 / 750)
         >>> print(model)
         m y'' + c y' + k y + z = u
+        z' = alpha y' - |z|^nu (bg |y'| sgn z + bd y')
+        m     = 2.0003 ± 0.0006
+        c     = 9.71 ± 0.2
+        k     = 50571.9 ± 3.8e+02
+        alpha = 49457.3 ± 3.5e+02
+        bg    = 816.1 ± 13
+        bd    = -1119.4 ± 17
+        nu    = 0.999 ± 0.003
         """
         return cls._fitted(u, y, Ts, nu, x0, start_only=False)
 

@@ -6,17 +6,22 @@
 //! ```
 //!
 //! The path is closed in x, so that any curve without memory integrates to 0. Of the levels at which the record
-//! begins and ends, and the median, the one with the longest path counts. Clockwise loops (A > 0: y higher while x
+//! begins and ends, and the median, the one with the longest path counts; where the ends nearly meet, all of it, and
+//! a chord. Clockwise loops (A > 0: y higher while x
 //! rises, as forces of friction are) want stops; counter-clockwise ones (y behind x, as piezos are) want plays; where
 //! the two halves turn against each other, the loop is a butterfly and wants plays on |x| as well.
 //! Source 002, figure 3.6: types A and B.
 
 use crate::error::{Error, Result};
+use crate::linalg::extent;
 use crate::note::Place;
 use crate::stats::median;
 
 /// Mean half width of a loop that counts, as a share of the range of y.
 const OPEN: f64 = 0.002;
+
+/// Share of the range of x within which the ends of a record meet.
+const NEAR: f64 = 0.05;
 
 /// How a loop turns.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +48,8 @@ pub fn loop_direction(x: &[f64], y: &[f64]) -> Result<LoopDirection> {
         return Err(Error::argument("x", "empty", "one whole cycle or more"));
     };
     let middle = median(x.to_vec());
-    let paths = [begin, end, middle].into_iter().filter_map(|level| closed(x, y, level));
+    let between = [begin, end, middle].into_iter().filter_map(|level| closed(x, y, level));
+    let paths = between.chain(whole(x, y)).filter(|path| travel(path) > 0.0);
     let longest = paths.max_by(|a, b| travel(a).total_cmp(&travel(b))).ok_or_else(|| {
         Error::new("X01", "x does not come back: there is no closed loop")
             .at(Place::column("x"))
@@ -79,6 +85,14 @@ fn closed(x: &[f64], y: &[f64], level: f64) -> Option<Vec<Point>> {
     Some([passage(first)].into_iter().chain(rows).chain([passage(last)]).collect())
 }
 
+/// The record as it is, closed by a chord; none where its ends are far apart.
+fn whole(x: &[f64], y: &[f64]) -> Option<Vec<Point>> {
+    let (low, high) = extent(x);
+    let rows = || x.iter().copied().zip(y.iter().copied());
+    let near = (x[x.len() - 1] - x[0]).abs() <= NEAR * (high - low);
+    near.then(|| rows().chain(rows().take(1)).collect())
+}
+
 /// Where the chord passes a level of x.
 fn at_level(from: Point, to: Point, level: f64) -> Point {
     (level, from.1 + (to.1 - from.1) * (level - from.0) / (to.0 - from.0))
@@ -89,7 +103,7 @@ fn travel(path: &[Point]) -> f64 {
 }
 
 fn judged(upper: f64, lower: f64, travel: f64, y: &[f64]) -> LoopDirection {
-    let (low, high) = crate::linalg::extent(y);
+    let (low, high) = extent(y);
     let share = |area: f64| if travel > 0.0 && high > low { area / (travel * (high - low)) } else { 0.0 };
     let counts = |area: f64| share(area).abs() > OPEN / 2.0;
     let area = upper + lower;

@@ -12,9 +12,10 @@
 use super::MaxwellSlip;
 use super::direction::loop_direction;
 use crate::error::{Error, Result};
+use crate::hysteresis::Operator;
 use crate::hysteresis::cycles::turning_points;
 use crate::hysteresis::misfit::rms;
-use crate::linalg::{Block, NonNegative, Triangle, nnls, solve};
+use crate::linalg::{Block, NonNegative, Triangle, extent, nnls, solve};
 
 /// Numbers of elements tried.
 const TRIED: [usize; 7] = [1, 2, 3, 5, 8, 13, 20];
@@ -117,7 +118,7 @@ fn check(x: &[f64], y: &[f64], settings: &MaxwellSettings) -> Result<()> {
 /// `n` thresholds below the largest `|x|`.
 fn thresholds(x: &[f64], n: usize) -> Vec<f64> {
     let most = x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let (low, high) = crate::linalg::extent(x);
+    let (low, high) = extent(x);
     let turns = turning_points(x, BAND * (high - low));
     let halves = turns.windows(2).map(|t| 0.5 * (x[t[1]] - x[t[0]]).abs()).filter(|a| *a > 0.0);
     let least = halves.fold(most, f64::min);
@@ -191,6 +192,5 @@ fn model(r: &[f64], found: &NonNegative, sd: &[f64], offset: bool) -> (MaxwellSl
 }
 
 fn errors(model: &MaxwellSlip, x: &[f64], y: &[f64]) -> Vec<f64> {
-    use crate::hysteresis::Operator;
     model.plays().start().run(x).iter().zip(y).map(|(f, y)| y - f).collect()
 }
