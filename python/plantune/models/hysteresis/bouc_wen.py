@@ -57,8 +57,8 @@ class BoucWen(HysteresisModel):
     --------
     >>> import plantune as pt
     >>> plant = pt.hysteresis.BoucWen(m=2, c=10, k=5e4, alpha=5e4, bg=800, bd=-1100, nu=1)
-    >>> plant.simulate([0, 50, 100, 50], Ts=1 / 750) * 1e6
-    array([  0.  ,   5.40,  54.29, 178.64])
+    >>> (plant.simulate([0, 50, 100, 50], Ts=1 / 750) * 1e6).round(1)
+    array([  0. ,   5.4,  54.3, 178.6])
     """
 
     kind: ClassVar[str] = "bouc_wen"

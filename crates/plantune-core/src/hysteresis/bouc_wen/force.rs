@@ -113,7 +113,7 @@ impl Zeta {
             let mut h = left.min(longest);
             self.step(shape, way, h);
             if before.value() * self.value() < 0.0 {
-                h = before.to_zero(shape, way, h, self.value());
+                h = before.way_to_zero(shape, way, h, self.value());
                 *self = before;
                 self.step(shape, way, h);
                 self.0[0] = 0.0;
@@ -127,7 +127,7 @@ impl Zeta {
     }
 
     /// How far from here, before `h`, it passes zero, where its slope has a kink: by the rule of false position.
-    fn to_zero(&self, shape: &Shape, way: f64, h: f64, end: f64) -> f64 {
+    fn way_to_zero(&self, shape: &Shape, way: f64, h: f64, end: f64) -> f64 {
         let (mut from, mut to) = ((0.0, self.value()), (h, end));
         let mut at = h;
         for _ in 0..CROSSING {
