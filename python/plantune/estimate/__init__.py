@@ -6,5 +6,16 @@ from plantune.estimate.fit import Fit
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.pem import armax, oe
 from plantune.estimate.process import process
+from plantune.estimate.step_modes import StepModes, idt
 
-__all__ = ["Fit", "armax", "arx", "candidates", "least_squares", "oe", "process"]
+__all__ = [
+    "Fit",
+    "StepModes",
+    "armax",
+    "arx",
+    "candidates",
+    "idt",
+    "least_squares",
+    "oe",
+    "process",
+]

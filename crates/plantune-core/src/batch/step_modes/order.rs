@@ -12,6 +12,7 @@ use super::deviations::{Candidate, FLOOR, TimeConstant, time_constants, widening
 use super::search::Data;
 use super::sections::{Section, Sections};
 use super::starts::Starts;
+use crate::stats::normal_quantile;
 
 /// Difference of BIC that is strong evidence.
 pub(super) const MARGIN: f64 = 6.0;
@@ -60,6 +61,12 @@ pub struct Mode {
 }
 
 impl Mode {
+    /// The 95 % interval of T, taken on its logarithm.
+    pub fn interval(&self) -> (f64, f64) {
+        let half = normal_quantile(0.95) * self.sd_ln_T;
+        (self.T * (-half).exp(), self.T * half.exp())
+    }
+
     /// The largest deviation.
     pub fn sd(&self) -> f64 {
         self.zeta.map_or(self.sd_ln_T, |(_, sd)| sd.max(self.sd_ln_T))

@@ -14,11 +14,14 @@ use crate::limits::Limits;
 use crate::linalg::{Complex, congruence};
 use crate::model::{ProcessModel, TransferFunction};
 use crate::note::{Note, Place, rounded};
-use crate::poly::product;
+use crate::poly::{product, roots};
 use crate::record::{Record, Scale};
 
 /// Deviations within which a leading coefficient of the numerator counts as zero.
 const NO_ZERO: f64 = 2.0;
+
+/// A coefficient of the numerator that is rounding.
+const ROUNDED: f64 = 1e-5;
 
 /// Time constants that a record must last after the step.
 const SETTLED: f64 = 3.0;
@@ -226,7 +229,8 @@ impl Answer<'_> {
             (None, _) => known.push(("level".to_owned(), level.copy())),
         }
         let numerator = delay.as_ref().and_then(|L| self.numerator(L.value));
-        let zeros = numerator.as_ref().map_or(Vec::new(), zeros_of);
+        let slowest = modes.last().map_or(1.0, |mode| mode.T);
+        let zeros = numerator.as_ref().map_or(Vec::new(), |n| roots(&supported(n, slowest)));
         let told = |k: &Known| (k.value, self.sd(&k.gradient));
         let result = StepModes {
             order: c.order(),
@@ -391,7 +395,7 @@ impl Answer<'_> {
         modes: &[Mode],
     ) -> Option<crate::model::Model> {
         let (K, L) = (gain?.value, delay?.value);
-        let num = supported(numerator?);
+        let num = supported(numerator?, modes.last()?.T);
         let (zeta, rest): (Vec<&Mode>, Vec<&Mode>) = modes.iter().partition(|m| m.kind != Kind::Lag);
         if self.c.order() <= 2 && num.len() <= 2 {
             let T: Vec<f64> = zeta.iter().chain(&rest).map(|m| m.T).collect();
@@ -503,15 +507,14 @@ fn named((i, mode): (usize, &Mode)) -> Vec<(String, Known)> {
     }
 }
 
-/// The numerator without the leading coefficients that are zero within their deviations.
-fn supported((values, sds): &(Vec<f64>, Vec<f64>)) -> Vec<f64> {
-    let small = |i: &usize| values[*i].abs() <= NO_ZERO * sds[*i] || values[*i].abs() < 1e-6;
-    let first = (0..values.len() - 1).take_while(small).count();
+/// The numerator without the leading coefficients that are zero within their deviations, or next to nothing
+/// beside `T` to their power.
+fn supported((values, sds): &(Vec<f64>, Vec<f64>), T: f64) -> Vec<f64> {
+    let last = values.len() - 1;
+    let nothing = |i: usize| ROUNDED * T.powi((last - i) as i32);
+    let small = |i: &usize| values[*i].abs() <= (NO_ZERO * sds[*i]).max(nothing(*i));
+    let first = (0..last).take_while(small).count();
     values[first..].to_vec()
-}
-
-fn zeros_of(numerator: &(Vec<f64>, Vec<f64>)) -> Vec<(f64, f64)> {
-    crate::poly::roots(&supported(numerator))
 }
 
 /// The result, if its numbers are; units far from one can overflow their squares (N02).
