@@ -29,14 +29,18 @@ mod zeros;
 pub use order::{Kind, Mode};
 pub use report::{StepModes, Tried};
 
+use self::deviations::{Candidate, FLOOR};
 use self::report::report;
 use self::search::{Data, Piece};
+use self::sections::Sections;
 use self::steps::Steps;
 use super::orders::too_short;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::linalg::extent;
+use crate::linalg::{Complex, extent};
+use crate::note::{Note, rounded};
 use crate::record::{Record, Scale};
+use crate::stats::f_tail;
 
 /// Highest order that can be asked for.
 pub const MOST_MODES: usize = 6;
@@ -55,22 +59,92 @@ pub struct StepModesOptions {
 }
 
 /// Finds the modes of a step response with one input and one output.
+///
+/// Several steps share the modes; where they contradict each other the first one is taken, with a note.
 pub fn step_modes(rec: &Record, options: &StepModesOptions, limits: &Limits) -> Result<StepModes> {
     check(rec, options)?;
     let y = rec.output_held(0);
     check_output(rec, &y, limits)?;
     let steps = Steps::of(rec, &y, options.step_at, limits)?;
-    let scale = Scale::of(&y, true);
-    let data = data(rec, &steps, &scale, options.gain);
-    let highest = options.order.unwrap_or(options.max_order);
-    let states = data.pieces.len();
-    let parameters = |k: usize| k + data.shared() + states * k;
-    let possible = (0..=highest).take_while(|&k| data.N() > parameters(k) + 2).last().unwrap_or(0);
-    if possible < options.order.unwrap_or(1) {
-        return Err(too_short(data.N(), parameters(options.order.unwrap_or(1)) + 2));
+    let together = Study::new(rec, options, limits, &steps, &y)?;
+    let answer = report(&together)?;
+    let Some(p) = together.contradiction(answer.order) else { return Ok(answer) };
+    let first = steps.first();
+    let mut answer = report(&Study::new(rec, options, limits, &first, &y)?)?;
+    answer.notes.push(together.apart(&answer.poles, p));
+    Ok(answer)
+}
+
+/// The responses that are taken together, and the best fit of every order.
+struct Study<'a> {
+    rec: &'a Record<'a>,
+    options: &'a StepModesOptions,
+    limits: &'a Limits,
+    steps: &'a Steps,
+    scale: Scale,
+    data: Data,
+    all: Vec<Candidate>,
+}
+
+impl<'a> Study<'a> {
+    fn new(
+        rec: &'a Record<'a>,
+        options: &'a StepModesOptions,
+        limits: &'a Limits,
+        steps: &'a Steps,
+        y: &[f64],
+    ) -> Result<Self> {
+        let scale = Scale::of(y, true);
+        let data = data(rec, steps, &scale, options.gain);
+        let parameters = |k: usize| k + data.shared() + data.pieces.len() * k;
+        let highest = options.order.unwrap_or(options.max_order);
+        let possible = (0..=highest).take_while(|&k| data.N() > parameters(k) + 2).last().unwrap_or(0);
+        let least = options.order.unwrap_or(1);
+        if possible < least {
+            return Err(too_short(data.N(), parameters(least) + 2));
+        }
+        let all = order::candidates(&data, possible);
+        Ok(Study { rec, options, limits, steps, scale, data, all })
     }
-    let all = order::candidates(&data, possible);
-    report(rec, options, limits, &steps, &scale, &data, all)
+
+    /// The p-value at which each step alone is described clearly better than all by the same poles and gain.
+    fn contradiction(&self, order: usize) -> Option<f64> {
+        if self.data.pieces.len() < 2 {
+            return None;
+        }
+        let (together, r) = (&self.all[order], order::colour(&self.all));
+        let alone = self.alone(&together.sections.poles())?;
+        let N = together.N as f64;
+        let floor = FLOOR * together.variance * N;
+        let (apart, whole) = (alone.iter().map(|a| a.1).sum::<f64>().max(floor), together.rss.max(floor));
+        let parameters = (alone.len() * (2 * order + 1)) as f64;
+        let (more, freedom) = (parameters - together.n as f64, N * (1.0 - r) / (1.0 + r) - parameters);
+        let p = f_tail((whole / apart - 1.0) * freedom / more, more, freedom);
+        (more > 0.0 && freedom > 0.0 && p < self.limits.X04).then_some(p)
+    }
+
+    /// Each step fitted on its own from these poles: its sections and sum of squares.
+    fn alone(&self, poles: &[Complex<f64>]) -> Option<Vec<(Sections, f64)>> {
+        let fit = |data: Data| data.fit(poles).map(|(sections, minimum)| (sections, minimum.cost));
+        self.data.alone().map(fit).collect()
+    }
+
+    /// M07: the steps contradict each other.
+    fn apart(&self, poles: &[Complex<f64>], p: f64) -> Note {
+        let slowest = |s: &Sections| s.poles().last().map_or(0.0, |p| rounded(1.0 / p.norm())).to_string();
+        let alone = self.alone(poles).unwrap_or_default();
+        let each: Vec<String> = alone.iter().map(|a| slowest(&a.0)).collect();
+        let text = format!(
+            "the {} steps are not those of one linear plant, alone their longest time constants are {} s: the first \
+             step is taken",
+            self.data.pieces.len(),
+            each.join(", "),
+        );
+        Note::warning("M07", text)
+            .count(self.data.pieces.len())
+            .measured(p, self.limits.X04)
+            .remedy("make smaller steps, or name another one with step_at=")
+    }
 }
 
 fn check(rec: &Record, options: &StepModesOptions) -> Result<()> {

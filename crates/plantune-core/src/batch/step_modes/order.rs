@@ -20,6 +20,9 @@ pub(super) const MARGIN: f64 = 6.0;
 /// Largest deviation of `ln T`, `ln w` or `ln zeta` of a mode that counts as known.
 pub(super) const KNOWN: f64 = 0.5;
 
+/// `ln zeta` that is rounding: time constants within 3e-4 of each other.
+const REPEATED: f64 = 1e-8;
+
 /// Deviations that two time constants must be apart from being one, or from being complex.
 const SURE: f64 = 1.96;
 
@@ -132,12 +135,13 @@ fn section_modes(c: &Candidate, section: Section, at: usize, wide: f64) -> Vec<M
     };
     let ln_zeta = if section == Section::Pair { c.sections.q[at + 1] } else { f64::INFINITY };
     let sd_zeta = if section == Section::Pair { sd(&[(at + 1, 1.0)]) } else { 0.0 };
-    if section == Section::Lag || ln_zeta > SURE * sd_zeta {
+    let apart = (SURE * sd_zeta).max(REPEATED);
+    if section == Section::Lag || ln_zeta > apart {
         return time_constants(&c.sections, section, at).into_iter().map(lag).collect();
     }
     let gradients = vec![vec![(at, -1.0)], vec![(at + 1, 1.0)]];
     vec![Mode {
-        kind: if ln_zeta < -SURE * sd_zeta { Kind::Complex } else { Kind::Pair },
+        kind: if ln_zeta < -apart { Kind::Complex } else { Kind::Pair },
         T: (-c.sections.q[at]).exp(),
         sd_ln_T: sd(&gradients[0]),
         zeta: Some((ln_zeta.exp(), sd_zeta)),

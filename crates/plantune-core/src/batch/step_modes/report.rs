@@ -1,16 +1,14 @@
 //! What is told of a step response: modes, level, gain, delay, zeros and the orders that were tried.
 
-use super::StepModesOptions;
+use super::Study;
 use super::delay::Curve;
 use super::deviations::{Candidate, widening};
 use super::order::{KNOWN, Kind, MARGIN, Mode, bic, colour, favoured, modes};
-use super::search::{Data, Projection};
+use super::search::Projection;
 use super::sections::Sections;
-use super::steps::Steps;
 use super::zeros::numerator;
 use crate::batch::fit::Status;
 use crate::error::{Error, Result};
-use crate::limits::Limits;
 use crate::linalg::{Complex, congruence};
 use crate::model::{ProcessModel, TransferFunction};
 use crate::note::{Note, Place, rounded};
@@ -96,19 +94,10 @@ struct Choice {
     notes: Vec<Note>,
 }
 
-pub(super) fn report(
-    rec: &Record,
-    options: &StepModesOptions,
-    limits: &Limits,
-    steps: &Steps,
-    scale: &Scale,
-    data: &Data,
-    all: Vec<Candidate>,
-) -> Result<StepModes> {
-    let choice = choose(rec, options.order, &all, scale)?;
-    let c = &all[choice.order];
-    let answer = Answer { rec, options, steps, scale, data, c, wide: widening(choice.colour) };
-    answer.told(choice, limits)
+pub(super) fn report(study: &Study) -> Result<StepModes> {
+    let choice = choose(study.rec, study.options.order, &study.all, &study.scale)?;
+    let answer = Answer { study, c: &study.all[choice.order], wide: widening(choice.colour) };
+    answer.told(choice)
 }
 
 /// BIC, then down to the first order whose modes are known; an order that is asked for is kept, with a note.
@@ -194,13 +183,9 @@ fn nothing(rec: &Record, bics: &[f64], worst: Option<Mode>) -> Error {
         .remedy("record from before the step until y has settled, with a larger step or less noise")
 }
 
-/// Everything that an answer is made of.
+/// What an answer is made of.
 struct Answer<'a> {
-    rec: &'a Record<'a>,
-    options: &'a StepModesOptions,
-    steps: &'a Steps,
-    scale: &'a Scale,
-    data: &'a Data,
+    study: &'a Study<'a>,
     c: &'a Candidate,
     wide: f64,
 }
@@ -212,8 +197,8 @@ struct Known {
 }
 
 impl Answer<'_> {
-    fn told(&self, choice: Choice, limits: &Limits) -> Result<StepModes> {
-        let (c, scale) = (self.c, self.scale);
+    fn told(&self, choice: Choice) -> Result<StepModes> {
+        let (c, scale) = (self.c, self.study.scale);
         let modes = modes(c, choice.colour);
         let level = self.level();
         let gain = self.gain(&level);
@@ -221,7 +206,7 @@ impl Answer<'_> {
         let mut known: Vec<(String, Known)> = modes.iter().enumerate().flat_map(named).collect();
         match (&gain, &delay) {
             (Some(K), delay) => {
-                if self.options.gain.is_none() {
+                if self.study.options.gain.is_none() {
                     known.push(("K".to_owned(), K.copy()));
                 }
                 known.extend(delay.as_ref().map(|L| ("L".to_owned(), L.copy())));
@@ -241,8 +226,12 @@ impl Answer<'_> {
             model: self.model(gain.as_ref(), delay.as_ref(), numerator.as_ref(), &modes),
             gain: gain.as_ref().map(told),
             level: told(&level),
-            rest: self.steps.rest.map(|rest| (rest.y, rest.sd)),
-            step: self.steps.row.map(|row| (self.rec.time(row), self.steps.rest.map_or(0.0, |rest| rest.du))),
+            rest: self.study.steps.rest.map(|rest| (rest.y, rest.sd)),
+            step: self
+                .study
+                .steps
+                .row
+                .map(|row| (self.study.rec.time(row), self.study.steps.rest.map_or(0.0, |rest| rest.du))),
             delay: delay.as_ref().map(told),
             numerator,
             zeros,
@@ -252,7 +241,7 @@ impl Answer<'_> {
             status: if c.converged { Status::Converged } else { Status::NotConverged },
             rows: self.rows(),
             curve: self.curve(),
-            notes: [choice.notes, self.notes(&modes, limits)].concat(),
+            notes: [choice.notes, self.notes(&modes)].concat(),
             tried: choice.tried,
             modes,
         };
@@ -270,7 +259,7 @@ impl Answer<'_> {
         if i < n && j < n {
             self.c.P[i * n + j] * self.wide.powi(2)
         } else if i == j {
-            self.steps.rest.map_or(0.0, |rest| (rest.sd * self.scale.factor).powi(2))
+            self.study.steps.rest.map_or(0.0, |rest| (rest.sd * self.study.scale.factor).powi(2))
         } else {
             0.0
         }
@@ -301,13 +290,13 @@ impl Answer<'_> {
 
     /// y far after the first step.
     fn level(&self) -> Known {
-        let f = self.scale.factor;
-        let first = &self.steps.responses[0];
-        let known = super::known_level(self.steps, first.u, self.options.gain);
-        match (self.data.shared(), known) {
+        let f = self.study.scale.factor;
+        let first = &self.study.steps.responses[0];
+        let known = super::known_level(self.study.steps, first.u, self.study.options.gain);
+        match (self.study.data.shared(), known) {
             (0, known) => Known { value: known.unwrap_or(0.0), gradient: Vec::new() },
             (_, known) => Known {
-                value: known.unwrap_or(self.scale.zero) + self.c.linear.beta[0] / f,
+                value: known.unwrap_or(self.study.scale.zero) + self.c.linear.beta[0] / f,
                 gradient: vec![(self.c.shared(), 1.0 / f)],
             },
         }
@@ -315,15 +304,15 @@ impl Answer<'_> {
 
     /// The static gain: given, from the levels of several steps, or from the rest before one.
     fn gain(&self, level: &Known) -> Option<Known> {
-        let f = self.scale.factor;
-        if let Some(K) = self.options.gain {
+        let f = self.study.scale.factor;
+        if let Some(K) = self.study.options.gain {
             return Some(Known { value: K, gradient: Vec::new() });
         }
-        if self.data.shared() > 1 {
+        if self.study.data.shared() > 1 {
             let gradient = vec![(self.c.shared() + 1, 1.0 / f)];
             return Some(Known { value: self.c.linear.beta[1] / f, gradient });
         }
-        let rest = self.steps.rest.filter(|rest| rest.du != 0.0)?;
+        let rest = self.study.steps.rest.filter(|rest| rest.du != 0.0)?;
         let mut gradient: Vec<(usize, f64)> = level.gradient.iter().map(|(i, g)| (*i, g / rest.du)).collect();
         gradient.push((self.at_rest(), -1.0 / (rest.du * f)));
         Some(Known { value: (level.value - rest.y) / rest.du, gradient })
@@ -331,29 +320,26 @@ impl Answer<'_> {
 
     /// y at rest as the curve of the search counts it.
     fn scaled_rest(&self) -> Option<f64> {
-        let rest = self.steps.rest?;
-        let first = self.steps.responses[0].u;
-        let known = super::known_level(self.steps, first, self.options.gain);
-        Some(known.map_or(self.scale.apply(rest.y), |level| (rest.y - level) * self.scale.factor))
+        let rest = self.study.steps.rest?;
+        let first = self.study.steps.responses[0].u;
+        let known = super::known_level(self.study.steps, first, self.study.options.gain);
+        Some(known.map_or(self.study.scale.apply(rest.y), |level| (rest.y - level) * self.study.scale.factor))
     }
 
     fn delay(&self) -> Option<Known> {
-        let (row, y0) = (self.steps.row?, self.scaled_rest()?);
-        let back = self.rec.time(row) - self.rec.time(self.steps.responses[0].rows.start);
-        let curve = Curve::new(self.c, &self.data.pieces[0].shared);
-        let (t, slope) = curve.meets(y0, back);
-        let mut gradient: Vec<(usize, f64)> =
-            curve.gradient(t).into_iter().map(|(i, g)| (i, -g / slope)).collect();
-        gradient.push((self.at_rest(), 1.0 / slope));
-        Some(Known { value: t - back, gradient })
+        let (row, y0) = (self.study.steps.row?, self.scaled_rest()?);
+        let back = self.study.rec.time(row) - self.study.rec.time(self.study.steps.responses[0].rows.start);
+        let curve = Curve::new(self.c, &self.study.data.pieces[0].shared);
+        let begin = curve.begin(y0, back, self.at_rest(), |g| self.sd(g));
+        Some(Known { value: begin.t - back, gradient: begin.gradient })
     }
 
     /// The numerator when the response begins `L` after the step, by central differences.
     fn numerator(&self, L: f64) -> Option<(Vec<f64>, Vec<f64>)> {
-        let (row, y0) = (self.steps.row?, self.scaled_rest()?);
-        let (c, k, m) = (self.c, self.c.order(), self.data.shared());
-        let t = self.rec.time(row) + L - self.rec.time(self.steps.responses[0].rows.start);
-        let shared = &self.data.pieces[0].shared;
+        let (row, y0) = (self.study.steps.row?, self.scaled_rest()?);
+        let (c, k, m) = (self.c, self.c.order(), self.study.data.shared());
+        let t = self.study.rec.time(row) + L - self.study.rec.time(self.study.steps.responses[0].rows.start);
+        let shared = &self.study.data.pieces[0].shared;
         let of = |p: &[f64]| {
             let sections = Sections { pattern: c.sections.pattern.clone(), q: p[..k].to_vec() };
             let phi = sections.matrix().exponential(t);
@@ -412,34 +398,34 @@ impl Answer<'_> {
     }
 
     fn rows(&self) -> Vec<usize> {
-        let valid = |k: &usize| self.rec.is_valid(*k, 0);
-        self.steps.responses.iter().flat_map(|r| r.rows.clone()).filter(valid).collect()
+        let valid = |k: &usize| self.study.rec.is_valid(*k, 0);
+        self.study.steps.responses.iter().flat_map(|r| r.rows.clone()).filter(valid).collect()
     }
 
     /// The fitted curve at the rows used, and its standard deviation.
     fn curve(&self) -> (Vec<f64>, Vec<f64>) {
-        let (c, k, m, f) = (self.c, self.c.order(), self.data.shared(), self.scale.factor);
-        let mut projection = Projection::new(self.data, c.sections.clone());
+        let (c, k, m, f) = (self.c, self.c.order(), self.study.data.shared(), self.study.scale.factor);
+        let mut projection = Projection::new(&self.study.data, c.sections.clone());
         projection.fill();
         let (mut values, mut sds) = (Vec::with_capacity(c.N), Vec::with_capacity(c.N));
-        for (i, (piece, r)) in self.data.pieces.iter().zip(&self.steps.responses).enumerate() {
+        for (i, (piece, r)) in self.study.data.pieces.iter().zip(&self.study.steps.responses).enumerate() {
             let (basis, states) = (projection.basis(i), &c.linear.c[i]);
-            let known = super::known_level(self.steps, r.u, self.options.gain);
+            let known = super::known_level(self.study.steps, r.u, self.study.options.gain);
             let level: f64 = piece.shared.iter().zip(&c.linear.beta).map(|(x, b)| x * b).sum();
             for t in 0..piece.t.len() {
                 let times = |part: usize| (0..k).map(|j| states[j] * basis.column(part, j)[t]).sum::<f64>();
                 let mut g: Vec<(usize, f64)> = (0..k).map(|s| (s, times(1 + s))).collect();
                 g.extend((0..m).map(|j| (k + j, piece.shared[j])));
                 g.extend((0..k).map(|j| (c.states(i) + j, basis.column(0, j)[t])));
-                values.push(known.unwrap_or(self.scale.zero) + (level + times(0)) / f);
+                values.push(known.unwrap_or(self.study.scale.zero) + (level + times(0)) / f);
                 sds.push(self.sd(&g) / f);
             }
         }
         (values, sds)
     }
 
-    fn notes(&self, modes: &[Mode], limits: &Limits) -> Vec<Note> {
-        let (c, rec) = (self.c, self.rec);
+    fn notes(&self, modes: &[Mode]) -> Vec<Note> {
+        let (c, rec, limits) = (self.c, self.study.rec, self.study.limits);
         let mut notes = Vec::new();
         let parameters = c.n as f64;
         if (c.N as f64) < limits.X03 * parameters {
@@ -449,7 +435,7 @@ impl Answer<'_> {
                 Note::warning("X03", text).count(c.N).measured(ratio, limits.X03).remedy("record longer"),
             );
         }
-        let longest = self.data.longest();
+        let longest = self.study.data.longest();
         let (span, T) = (longest.t[longest.t.len() - 1], modes.last().map_or(0.0, |m| m.T));
         if span < SETTLED * T {
             let text = format!(
@@ -462,15 +448,15 @@ impl Answer<'_> {
                 Note::warning("X07", text).measured(span / T, SETTLED).remedy("record until y has settled"),
             );
         }
-        if self.steps.row.is_none() {
+        if self.study.steps.row.is_none() {
             let text =
                 "the record starts on its step: gain and initial state are not separable, the level is given";
             notes.push(Note::info("X01", text).remedy("record some rows at rest before the step"));
-        } else if self.steps.rest.is_none() {
+        } else if self.study.steps.rest.is_none() {
             let text = "y is not at rest before the step: its delay counts as part of the modes";
             notes.push(
                 Note::warning("X07", text)
-                    .at(rec.place(1, self.steps.row.unwrap_or(0)))
+                    .at(rec.place(1, self.study.steps.row.unwrap_or(0)))
                     .remedy("record at least three rows at rest before the step"),
             );
         }

@@ -73,6 +73,12 @@ impl Data {
         self.pieces[0].shared.len()
     }
 
+    /// Each piece as data of its own, its level free.
+    pub(super) fn alone(&self) -> impl Iterator<Item = Data> + '_ {
+        let one = |p: &Piece| Data::new(vec![Piece { shared: vec![1.0], ..p.clone() }]);
+        self.pieces.iter().map(one)
+    }
+
     /// The longest piece, from which starts are made.
     pub(super) fn longest(&self) -> &Piece {
         let longest = self.pieces.iter().max_by_key(|p| p.y.len());

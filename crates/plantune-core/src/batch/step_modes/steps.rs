@@ -161,6 +161,11 @@ impl Steps {
         self.rest = Some(Rest::of(y, first..row, self.responses[0].u - u[row - 1]));
     }
 
+    /// The first response alone.
+    pub(super) fn first(&self) -> Self {
+        Steps { responses: self.responses[..1].to_vec(), ..*self }
+    }
+
     /// Whether K times the move of the input can be told from the level.
     pub(super) fn levels(&self) -> usize {
         let first = self.responses[0].u;
