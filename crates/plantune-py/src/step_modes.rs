@@ -48,6 +48,10 @@ struct StepModesOut<'py> {
     y: Array<'py>,
     curve: Array<'py>,
     curve_sd: Array<'py>,
+    curve_band: (Array<'py>, Array<'py>),
+    parts_t: Array<'py>,
+    parts: Matrix<'py>,
+    parts_band: (Matrix<'py>, Matrix<'py>),
     rows: Matrix<'py, i64>,
     notes: Vec<NoteOut>,
 }
@@ -91,6 +95,9 @@ struct TriedOut {
 fn out<'py>(py: Python<'py>, rec: &Record, found: StepModes) -> PyResult<StepModesOut<'py>> {
     let n = found.theta.len();
     let y = rec.output(0);
+    let (low, high) = batch::band(&found.curve.0, &found.curve.1);
+    let (parts, points) = (found.parts.y.concat(), found.parts.t.len());
+    let (parts_low, parts_high) = batch::band(&parts, &found.parts.sd.concat());
     let complexes = |z: Vec<Complex64>| PyArray1::from_vec(py, z);
     let zeros =
         found.numerator.is_some().then(|| found.zeros.iter().map(|z| Complex64::new(z.0, z.1)).collect());
@@ -129,8 +136,12 @@ fn out<'py>(py: Python<'py>, rec: &Record, found: StepModes) -> PyResult<StepMod
         status: found.status.as_str(),
         t: array(py, found.rows.iter().map(|&k| rec.time(k)).collect()),
         y: array(py, found.rows.iter().map(|&k| y[k]).collect()),
+        curve_band: (array(py, low), array(py, high)),
         curve: array(py, found.curve.0),
         curve_sd: array(py, found.curve.1),
+        parts: matrix(py, parts, points)?,
+        parts_band: (matrix(py, parts_low, points)?, matrix(py, parts_high, points)?),
+        parts_t: array(py, found.parts.t),
         rows: matrix(py, rec.row_ranges().concat(), 2)?,
         notes: notes(&found.notes),
     })

@@ -96,12 +96,29 @@ class StepModes:
         How the search ended.
     t, y, curve, curve_sd : array (N,)
         The rows used, the fitted curve and its standard deviation.
+    curve_band : (low, high)
+        95 % of the curve.
+    parts_t, parts : array (points,), (modes, points)
+        What each mode adds to the (first) response, in units of y; empty where modes coincide.
+    parts_band : (low, high)
+        95 % of them.
     rows : array (k, 2)
         First and last original row of each stretch of the record.
     notes : tuple of Note
         Doubts.
     source : str
         Fingerprint of the record.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import plantune as pt
+    >>> plant = pt.models.ProcessModel(K=2.0, T=(3.0, 10.0), L=4.0)
+    >>> u = np.repeat([1.0, 4.0], [50, 650])
+    >>> y = plant.simulate(u, Ts=0.1, x0=2.0) + 0.005 * np.random.default_rng(0).normal(size=700)
+    >>> found = pt.estimate.idt(pt.Record(u=u, y=y, Ts=0.1))
+    >>> print(found)
+    >>> found.to_model()
     """
 
     order: int
@@ -135,6 +152,10 @@ class StepModes:
     y: Floats
     curve: Floats
     curve_sd: Floats
+    curve_band: tuple[Floats, Floats]
+    parts_t: Floats
+    parts: Floats
+    parts_band: tuple[Floats, Floats]
     rows: NDArray[np.int64]
     notes: tuple[Note, ...]
     source: str
@@ -159,6 +180,119 @@ class StepModes:
         """Damping of each mode; None of a lag."""
         return tuple(mode.zeta for mode in self.modes)
 
+    @property
+    def said(self) -> tuple[str, ...]:
+        """What the data support and what is refused, in sentences."""
+        refused = [t for t in self.tried if t.order > self.order and t.why.startswith("refused")]
+        more = [f"Order {t.order} {t.why.replace('refused:', 'is refused:')}." for t in refused[:1]]
+        return (_supported(self), *map(_of_pair, self._pairs), *more)
+
+    @property
+    def _pairs(self) -> tuple[Mode, ...]:
+        return tuple(mode for mode in self.modes if mode.zeta is not None)
+
+    def to_model(self) -> ProcessModel | TransferFunction:
+        """Return the plant: a process model up to two poles and one zero, else a transfer function.
+
+        A record that starts on its step shows neither delay nor zeros, and its model has none.
+
+        Raises
+        ------
+        UsageError
+            The gain is not known.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import plantune as pt
+        >>> y = 3.0 * (1 - np.exp(-np.arange(200) * 0.1 / 2.5))
+        >>> rec = pt.Record(u=np.ones(200), y=y, Ts=0.1)
+        >>> print(pt.estimate.idt(rec, gain=3.0).to_model())
+        G(s) = 3 / (2.5 s + 1)
+        """
+        if self.model is None:
+            raise refusal(
+                "U01",
+                "no gain, no model: gain and initial state are not separable in this record",
+                remedy="idt(rec, gain=K), or record some rows at rest before the step",
+            )
+        return self.model
+
+    def __str__(self) -> str:
+        rows = [["", "", "", "95 %"], *_lines(self)]
+        kind = "order " + str(self.order)
+        lines = [
+            f"step response: {kind} of {len(self.tried) - 1} tried, {self.N} rows, loss {self.loss:.4g}",
+            *("  " + line.rstrip() for line in table(rows)),
+            *("  " + text for text in self.said),
+            *(f"  {note}" for note in self.notes),
+        ]
+        return "\n".join(lines)
+
+
+def _lines(found: StepModes) -> list[list[str]]:
+    """Return name, value with deviation, kind and interval of everything that was found."""
+    rows = []
+    for i, mode in enumerate(found.modes, start=1):
+        low, high = (number(x) for x in mode.T_interval)
+        name = f"T{i}" if mode.zeta is None else f"1/w{i}"
+        rows.append([name, _with(mode.T, mode.T_sd) + " s", mode.kind, f"{low} to {high}"])
+        if mode.zeta is not None and mode.zeta_sd is not None:
+            rows.append([f"zeta{i}", _with(mode.zeta, mode.zeta_sd), "", ""])
+    for name, value, sd, unit in (
+        ("gain", found.gain, found.gain_sd, ""),
+        ("level", found.level, found.level_sd, ""),
+        ("delay", found.delay, found.delay_sd, " s"),
+    ):
+        if value is not None and sd is not None:
+            rows.append([name, _with(value, sd) + unit, "", ""])
+    if found.zeros is not None and len(found.zeros):
+        rows.append(["zeros", ", ".join(_complex(z) for z in found.zeros) + " 1/s", "", ""])
+    return rows
+
+
+def _with(value: float, sd: float) -> str:
+    return f"{value:.5g} ± {number(sd, 2)}"
+
+
+def _complex(z: complex) -> str:
+    return number(z.real) if z.imag == 0 else f"{z.real:.4g}{z.imag:+.4g}j"
+
+
+_COUNTS = ("no", "one", "two", "three", "four", "five", "six")
+
+
+def _supported(found: StepModes) -> str:
+    """Say how many time constants there are, and which of them are apart."""
+    many = _COUNTS[found.order]
+    count = f"{many} time constant{'s' if found.order > 1 else ''}"
+    verb = "The data support" if found.tried[found.order].why != "asked for" else "Asked for:"
+    lags = [number(mode.T) for mode in found.modes if mode.kind == "lag"]
+    if not found._pairs:
+        each = f"{', '.join(lags[:-1])} and {lags[-1]}" if len(lags) > 1 else lags[0]
+        apart = ", told apart" if len(lags) > 1 else ""
+        return f"{verb} {count}{apart}: {each} s."
+    own = f", {', '.join(lags)} s on its own" if lags else ""
+    return f"{verb} {many} poles{own}."
+
+
+def _of_pair(mode: Mode) -> str:
+    """Say what a pair is."""
+    assert mode.zeta is not None
+    near = f"near {number(mode.T)} s"
+    if mode.kind == "pair":
+        return f"Two time constants {near} cannot be told apart; they may be one, repeated."
+    if mode.zeta < _RINGS:
+        return f"Two poles ring with {number(mode.w)} rad/s and damping {number(mode.zeta)}."
+    return (
+        f"Two poles {near} with damping {number(mode.zeta)} do not ring: several lags together "
+        "look like this."
+    )
+
+
+_RINGS = 0.7
+"""Damping below which a step response rings."""
+
 
 def idt(
     rec: Record,
@@ -169,7 +303,55 @@ def idt(
     max_order: int = 4,
     limits: Limits | None = None,
 ) -> StepModes:
-    """Find the modes of a step response."""
+    """Find the modes of a step response: y = level + sum_j c_j phi_j(t).
+
+    Parameters
+    ----------
+    rec : Record
+        One input, one output, uneven stamps allowed.  The first rows are at rest before a step, or
+        the record starts on it (then the level is found, and no gain).  Several steps share the
+        modes; where they contradict each other the first is taken, with note M07.
+    order : "auto" or int
+        Number of poles, 1 to 6; "auto" takes what the data support.
+    step_at : float, optional
+        Time of the one step to look at, seconds on the record's clock.
+    gain : float, optional
+        Static gain y/u where it is known; by default it follows from the level.
+    max_order : int
+        Highest order tried by "auto".
+    limits : Limits, optional
+        Thresholds.
+
+    Returns
+    -------
+    StepModes
+        With note X07 where the record ends before y has settled or does not start at rest, X10
+        where an order beyond the data is asked for, X03 where rows are few.
+
+    Raises
+    ------
+    NotIdentifiable
+        The input has no step (X01), y does not answer, or no time constant can be told (X04), too
+        few rows (X03).
+
+    Notes
+    -----
+    Variable projection over sections of one or two poles, with free initial states; BIC with a
+    margin of 6 and a floor for noise-free data, then down to the first order whose modes are all
+    known to a factor of 2.7.  The rows used begin after the delay, which needs no parameter.
+    Source 003 in the form of METHODS 5; for the criterion of its text see `idt_criterion`.
+
+    Examples
+    --------
+    Source 003, (16): three lags, at 0.1 % noise, in a record that starts on its step:
+
+    >>> import numpy as np
+    >>> import plantune as pt
+    >>> plant = pt.models.TransferFunction([1.0], np.poly([-1 / 1.25, -1 / 3.25, -1 / 5.5]))
+    >>> y = plant.step(0.1 * np.arange(401)) / plant.dc_gain()
+    >>> y += 0.001 * np.random.default_rng(0).normal(size=401)
+    >>> print(pt.estimate.idt(pt.Record(u=np.ones(401), y=y, Ts=0.1)))
+    """
     if order != "auto" and not (isinstance(order, int) and not isinstance(order, bool)):
         raise refusal(
             "U01",

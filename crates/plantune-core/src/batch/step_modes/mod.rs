@@ -17,6 +17,7 @@ mod delay;
 mod deviations;
 mod integrals;
 mod order;
+mod parts;
 mod pencil;
 mod report;
 mod search;
@@ -27,7 +28,7 @@ mod steps;
 mod zeros;
 
 pub use order::{Kind, Mode};
-pub use report::{StepModes, Tried};
+pub use report::{Parts, StepModes, Tried, band};
 
 use self::deviations::{Candidate, FLOOR};
 use self::report::report;

@@ -4,6 +4,7 @@ use super::Study;
 use super::delay::Curve;
 use super::deviations::{Candidate, widening};
 use super::order::{KNOWN, Kind, MARGIN, Mode, bic, colour, favoured, modes};
+use super::parts::{POINTS, parts, splits};
 use super::search::Projection;
 use super::sections::Sections;
 use super::zeros::numerator;
@@ -14,6 +15,7 @@ use crate::model::{ProcessModel, TransferFunction};
 use crate::note::{Note, Place, rounded};
 use crate::poly::{product, roots};
 use crate::record::{Record, Scale};
+use crate::stats::normal_quantile;
 
 /// Deviations within which a leading coefficient of the numerator counts as zero.
 const NO_ZERO: f64 = 2.0;
@@ -35,6 +37,17 @@ pub struct Tried {
     pub bic: f64,
     /// Why it was taken, or why not.
     pub why: String,
+}
+
+/// What each mode adds to the first response.
+#[derive(Clone, Debug, Default)]
+pub struct Parts {
+    /// Times on the record's clock, s.
+    pub t: Vec<f64>, // (points)
+    /// One curve for each mode, and its standard deviation; none where modes coincide.
+    pub y: Vec<Vec<f64>>, // (modes, points)
+    /// Standard deviations.
+    pub sd: Vec<Vec<f64>>,
 }
 
 /// The modes that a step response supports.
@@ -82,8 +95,17 @@ pub struct StepModes {
     pub rows: Vec<usize>,
     /// The curve at these rows, and its standard deviation.
     pub curve: (Vec<f64>, Vec<f64>),
+    /// What each mode adds.
+    pub parts: Parts,
     /// Doubts.
     pub notes: Vec<Note>,
+}
+
+/// The 95 % band of a curve with standard deviations.
+pub fn band(y: &[f64], sd: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let half = normal_quantile(0.95);
+    let edge = |sign: f64| y.iter().zip(sd).map(|(y, sd)| y + sign * half * sd).collect();
+    (edge(-1.0), edge(1.0))
 }
 
 /// The order that is taken, and what is said of each.
@@ -241,6 +263,7 @@ impl Answer<'_> {
             status: if c.converged { Status::Converged } else { Status::NotConverged },
             rows: self.rows(),
             curve: self.curve(),
+            parts: self.parts(&modes).unwrap_or_default(),
             notes: [choice.notes, self.notes(&modes)].concat(),
             tried: choice.tried,
             modes,
@@ -354,22 +377,36 @@ impl Answer<'_> {
             .chain([y0])
             .collect();
         let place = |i: usize| if i < k + m + k { i } else { self.at_rest() };
-        let slopes: Vec<Vec<f64>> = (0..p.len())
-            .map(|i| {
-                let h = 1e-6 * (1.0 + p[i].abs());
-                let moved = |by: f64| {
-                    of(&p
-                        .iter()
-                        .enumerate()
-                        .map(|(j, x)| x + if i == j { by } else { 0.0 })
-                        .collect::<Vec<f64>>())
-                };
-                moved(h).iter().zip(moved(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect()
-            })
-            .collect();
+        let slopes = slopes(&p, of);
         let sd = |j: usize| self.sd(&(0..p.len()).map(|i| (place(i), slopes[i][j])).collect::<Vec<_>>());
         let values = of(&p);
         values.iter().all(|x| x.is_finite()).then(|| (values, (0..=k).map(sd).collect()))
+    }
+
+    /// What each mode adds to the first response, with deviations by central differences.
+    fn parts(&self, modes: &[Mode]) -> Option<Parts> {
+        let (c, k, f) = (self.c, self.c.order(), self.study.scale.factor);
+        let piece = &self.study.data.pieces[0];
+        let (split, end) = (splits(&c.sections, modes), piece.t[piece.t.len() - 1]);
+        let of = |p: &[f64]| {
+            let sections = Sections { pattern: c.sections.pattern.clone(), q: p[..k].to_vec() };
+            parts(&sections, &split, &p[k..], end).map_or(Vec::new(), |parts| parts.concat())
+        };
+        let p: Vec<f64> = c.sections.q.iter().chain(&c.linear.c[0]).copied().collect();
+        let values = of(&p);
+        let slopes = slopes(&p, of);
+        if values.is_empty() || slopes.iter().any(|s| s.len() < values.len()) {
+            return None;
+        }
+        let place = |i: usize| if i < k { i } else { c.states(0) + i - k };
+        let sd = |j: usize| self.sd(&(0..p.len()).map(|i| (place(i), slopes[i][j])).collect::<Vec<_>>()) / f;
+        let by_mode = |x: Vec<f64>| x.chunks_exact(POINTS).map(<[f64]>::to_vec).collect::<Vec<_>>();
+        let first = self.study.rec.time(self.study.steps.responses[0].rows.start);
+        Some(Parts {
+            t: (0..POINTS).map(|i| first + end * i as f64 / (POINTS - 1) as f64).collect(),
+            sd: by_mode((0..values.len()).map(sd).collect()),
+            y: by_mode(values.iter().map(|y| y / f).collect()),
+        })
     }
 
     /// A process model where that is enough, else a transfer function.
@@ -380,8 +417,12 @@ impl Answer<'_> {
         numerator: Option<&(Vec<f64>, Vec<f64>)>,
         modes: &[Mode],
     ) -> Option<crate::model::Model> {
-        let (K, L) = (gain?.value, delay?.value);
-        let num = supported(numerator?, modes.last()?.T);
+        let K = gain?.value;
+        let (L, num) = match (delay, numerator) {
+            (Some(L), Some(numerator)) => (L.value, supported(numerator, modes.last()?.T)),
+            // A record that starts on its step shows neither delay nor zeros.
+            _ => (0.0, vec![1.0]),
+        };
         let (zeta, rest): (Vec<&Mode>, Vec<&Mode>) = modes.iter().partition(|m| m.kind != Kind::Lag);
         if self.c.order() <= 2 && num.len() <= 2 {
             let T: Vec<f64> = zeta.iter().chain(&rest).map(|m| m.T).collect();
@@ -468,6 +509,20 @@ impl Answer<'_> {
         }
         notes
     }
+}
+
+/// Slopes of `of` along each of `p`, by central differences.
+fn slopes(p: &[f64], of: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
+    let along = |i: usize| {
+        let h = 1e-6 * (1.0 + p[i].abs());
+        let moved = |by: f64| {
+            let mut p = p.to_vec();
+            p[i] += by;
+            of(&p)
+        };
+        moved(h).iter().zip(moved(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect()
+    };
+    (0..p.len()).map(along).collect()
 }
 
 impl Known {
