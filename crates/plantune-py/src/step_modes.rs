@@ -11,6 +11,7 @@ use crate::note::{NoteOut, notes};
 use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(areas, m)?)?;
     m.add_function(wrap_pyfunction!(step_modes, m)?)
 }
 
@@ -147,8 +148,21 @@ fn out<'py>(py: Python<'py>, rec: &Record, found: StepModes) -> PyResult<StepMod
     })
 }
 
+/// `K, T, L` from the areas under a step response.
 #[pyfunction]
-#[pyo3(signature = (rec, order, max_order, step_at, gain, limits))]
+fn areas(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    step_at: Option<f64>,
+    limits: LimitsIn,
+) -> Outcome<(f64, f64, f64)> {
+    let limits = limits.into();
+    let record = rec.view(&limits)?;
+    let model = py.detach(|| batch::areas(&record, step_at, &limits))?;
+    Ok((model.K, model.T, model.L))
+}
+
+#[pyfunction]
 fn step_modes<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,

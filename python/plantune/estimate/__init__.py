@@ -1,5 +1,6 @@
 """Estimation: a record in, a fitted model with its uncertainty out."""
 
+from plantune.estimate.areas import areas
 from plantune.estimate.arx import arx
 from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
@@ -11,6 +12,7 @@ from plantune.estimate.step_modes import StepModes, idt
 __all__ = [
     "Fit",
     "StepModes",
+    "areas",
     "armax",
     "arx",
     "candidates",

@@ -114,8 +114,8 @@ class StepModes:
     >>> import numpy as np
     >>> import plantune as pt
     >>> plant = pt.models.ProcessModel(K=2.0, T=(3.0, 10.0), L=4.0)
-    >>> u = np.repeat([1.0, 4.0], [50, 650])
-    >>> y = plant.simulate(u, Ts=0.1, x0=2.0) + 0.005 * np.random.default_rng(0).normal(size=700)
+    >>> u = np.repeat([0.0, 4.0], [50, 650])
+    >>> y = 20 + plant.simulate(u, Ts=0.1) + 0.005 * np.random.default_rng(0).normal(size=700)
     >>> found = pt.estimate.idt(pt.Record(u=u, y=y, Ts=0.1))
     >>> print(found)
     >>> found.to_model()
@@ -272,7 +272,7 @@ def _supported(found: StepModes) -> str:
         each = f"{', '.join(lags[:-1])} and {lags[-1]}" if len(lags) > 1 else lags[0]
         apart = ", told apart" if len(lags) > 1 else ""
         return f"{verb} {count}{apart}: {each} s."
-    own = f", {', '.join(lags)} s on its own" if lags else ""
+    own = f": {' and '.join(lags)} s, the others in pairs" if lags else ""
     return f"{verb} {many} poles{own}."
 
 

@@ -11,7 +11,6 @@ from plantune.plot.style import (
     BAND,
     MEASURED,
     MODEL,
-    SECOND,
     Names,
     axis,
     band,
@@ -52,7 +51,7 @@ def step_modes(found: StepModes, of: Record | None = None) -> go.Figure:
     """
     names = Names(of)
     fig = figure(
-        "Step response: " + ", ".join(map(_named, found.modes)),
+        "Step response: " + _title(found),
         f"{record_name(found.source)}: {found.N} rows, order {found.order}, bands 95 %",
         [260, 150, 110],
     )
@@ -68,11 +67,17 @@ def step_modes(found: StepModes, of: Record | None = None) -> go.Figure:
         band(fig, found.parts_t, low, high, _named(mode), fill, row=2, showlegend=False)
         line(fig, found.parts_t, found.parts[i], _named(mode), color, row=2, dash=dash)
     error = y - curve
-    line(fig, *thinned(t, error, error, every), "residual", SECOND, row=3, showlegend=False)
+    line(fig, *thinned(t, error, error, every), "residual", MEASURED, row=3, showlegend=False)
     fig.update_xaxes(title_text=axis("time", names.time_unit), row=3, col=1)
     for row, name in enumerate((names.y, "part of each", "residual"), start=1):
         fig.update_yaxes(title_text=axis(name, names.y_unit), row=row, col=1)
     return fig
+
+
+def _title(found: StepModes) -> str:
+    lags = ", ".join(f"{mode.T:.4g}" for mode in found.modes if mode.zeta is None)
+    pairs = [_named(mode) for mode in found.modes if mode.zeta is not None]
+    return "; ".join([*([f"T = {lags} s"] if lags else []), *pairs])
 
 
 def _named(mode: Mode) -> str:

@@ -15,9 +15,6 @@ use crate::linalg::{Triangle, solve};
 /// Smallest share of a pivot with which the covariance is believed.
 const RANK_TOLERANCE: f64 = 1e-12;
 
-/// Share of the variance of y below which a residual is rounding, not evidence.
-pub(super) const FLOOR: f64 = 1e-12;
-
 /// The best fit of one order, with its covariance.
 pub(super) struct Candidate {
     pub(super) sections: Sections,
@@ -31,8 +28,8 @@ pub(super) struct Candidate {
     pub(super) r: f64,
     /// Covariance for white errors, (n, n) row-major; infinite where the data do not tell parameters apart.
     pub(super) P: Vec<f64>,
-    /// Variance of y.
-    pub(super) variance: f64,
+    /// Mean squared error that is as good as none.
+    pub(super) floor: f64,
     /// Whether the gradient test passed.
     pub(super) converged: bool,
 }
@@ -44,16 +41,18 @@ impl Candidate {
         let linear = projection.linear()?;
         let J = jacobian(data, &projection, &linear);
         let n = J.n() - 1;
-        let (N, variance) = (data.N(), variance(data));
+        let (N, floor) = (data.N(), data.floor);
         let (rss, r) = residual(data, &projection, &linear);
         let columns: Vec<usize> = (0..n).collect();
         let P = match solve(&J, &columns, n, RANK_TOLERANCE) {
             Ok(solution) if N > n => solution.inverse_gram.iter().map(|x| x * rss / (N - n) as f64).collect(),
             _ => vec![f64::INFINITY; n * n],
         };
-        let r = if rss > FLOOR * N as f64 * variance { r } else { 0.0 };
+        let r = if rss > N as f64 * floor { r } else { 0.0 };
         let sections = projection.sections;
-        Some(Candidate { sections, linear, rss, N, n, r, P, variance, converged })
+        // Where nothing but rounding is left, it hides the gradient.
+        let converged = converged || rss <= N as f64 * data.rounding;
+        Some(Candidate { sections, linear, rss, N, n, r, P, floor, converged })
     }
 
     /// Poles.
@@ -150,10 +149,4 @@ fn residual(data: &Data, projection: &Projection, linear: &Linear) -> (f64, f64)
         }
     }
     (rss, if rss > 0.0 { product / rss } else { 0.0 })
-}
-
-fn variance(data: &Data) -> f64 {
-    let (y, N) = (|| data.pieces.iter().flat_map(|p| &p.y), data.N() as f64);
-    let mean = y().sum::<f64>() / N;
-    y().map(|y| (y - mean).powi(2)).sum::<f64>() / N
 }

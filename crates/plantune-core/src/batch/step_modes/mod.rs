@@ -12,6 +12,7 @@
 //!
 //! Source 003, 2 and (15), in the form of METHODS 5: variable projection instead of a search over the operator.
 
+mod areas;
 mod basis;
 mod delay;
 mod deviations;
@@ -27,10 +28,11 @@ mod starts;
 mod steps;
 mod zeros;
 
+pub use areas::areas;
 pub use order::{Kind, Mode};
 pub use report::{Parts, StepModes, Tried, band};
 
-use self::deviations::{Candidate, FLOOR};
+use self::deviations::Candidate;
 use self::report::report;
 use self::search::{Data, Piece};
 use self::sections::Sections;
@@ -116,7 +118,7 @@ impl<'a> Study<'a> {
         let (together, r) = (&self.all[order], order::colour(&self.all));
         let alone = self.alone(&together.sections.poles())?;
         let N = together.N as f64;
-        let floor = FLOOR * together.variance * N;
+        let floor = self.data.rounding * N;
         let (apart, whole) = (alone.iter().map(|a| a.1).sum::<f64>().max(floor), together.rss.max(floor));
         let parameters = (alone.len() * (2 * order + 1)) as f64;
         let (more, freedom) = (parameters - together.n as f64, N * (1.0 - r) / (1.0 + r) - parameters);
@@ -132,7 +134,7 @@ impl<'a> Study<'a> {
 
     /// M07: the steps contradict each other.
     fn apart(&self, poles: &[Complex<f64>], p: f64) -> Note {
-        let slowest = |s: &Sections| s.poles().last().map_or(0.0, |p| rounded(1.0 / p.norm())).to_string();
+        let slowest = |s: &Sections| s.poles().last().map_or(0.0, |p| rounded(-1.0 / p.re)).to_string();
         let alone = self.alone(poles).unwrap_or_default();
         let each: Vec<String> = alone.iter().map(|a| slowest(&a.0)).collect();
         let text = format!(
@@ -149,13 +151,7 @@ impl<'a> Study<'a> {
 }
 
 fn check(rec: &Record, options: &StepModesOptions) -> Result<()> {
-    if rec.nu != 1 || rec.ny != 1 {
-        return Err(Error::argument(
-            "rec",
-            format!("a record with {} inputs and {} outputs", rec.nu, rec.ny),
-            "one with a single input and a single output",
-        ));
-    }
+    check_single(rec)?;
     let allowed = 1..=MOST_MODES;
     for (name, k) in [("order", options.order), ("max_order", Some(options.max_order))] {
         if let Some(k) = k.filter(|k| !allowed.contains(k)) {
@@ -168,6 +164,17 @@ fn check(rec: &Record, options: &StepModesOptions) -> Result<()> {
         }
         _ => Ok(()),
     }
+}
+
+fn check_single(rec: &Record) -> Result<()> {
+    if rec.nu != 1 || rec.ny != 1 {
+        return Err(Error::argument(
+            "rec",
+            format!("a record with {} inputs and {} outputs", rec.nu, rec.ny),
+            "one with a single input and a single output",
+        ));
+    }
+    Ok(())
 }
 
 /// An output that stands still has no response.

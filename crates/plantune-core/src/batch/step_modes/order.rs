@@ -1,14 +1,15 @@
 //! How many modes the data support, and what each of them is.
 //!
 //! ```text
-//! BIC = N ln max(RSS/N, 1e-12 var y) + (n + 1) ln N,   N counted with the correlation of the residual
+//! BIC = N ln max(RSS/N, floor) + (n + 1) ln N,   N counted with the correlation of the residual
 //! ```
 //!
 //! The highest order that beats *every* lower one by 6, which is strong evidence (Kass and Raftery, J. Am. Stat.
 //! Ass. 90, 1995); from it downwards to the first whose modes all are known to a factor of 2.7 at 95 %. Without
-//! the floor noise-free data would support any order.
+//! the floor, 1e-12 of the variance of y or a sixth of the square of its resolution, noise-free data would support
+//! any order, and stairs of a quantiser some that ring.
 
-use super::deviations::{Candidate, FLOOR, TimeConstant, time_constants, widening};
+use super::deviations::{Candidate, TimeConstant, time_constants, widening};
 use super::search::Data;
 use super::sections::{Section, Sections};
 use super::starts::Starts;
@@ -106,7 +107,7 @@ pub(super) fn colour(all: &[Candidate]) -> f64 {
 /// The criterion; the variance of the errors counts as a parameter too.
 pub(super) fn bic(c: &Candidate, r: f64) -> f64 {
     let N = c.N as f64 * (1.0 - r) / (1.0 + r);
-    N * (c.rss / c.N as f64).max(FLOOR * c.variance).ln() + (c.n + 1) as f64 * N.ln()
+    N * (c.rss / c.N as f64).max(c.floor).ln() + (c.n + 1) as f64 * N.ln()
 }
 
 /// The highest order that beats every lower one.

@@ -146,7 +146,13 @@ fn choose(rec: &Record, asked: Option<usize>, all: &[Candidate], scale: &Scale) 
         } else if k > top {
             let least = (0..k).min_by(|i, j| bics[*i].total_cmp(&bics[*j])).unwrap_or(0);
             let gain = bics[least] - bics[k];
-            format!("refused: BIC gains {gain:.1} on order {least}, {MARGIN} is strong evidence")
+            if gain > 0.0 {
+                format!(
+                    "refused: BIC gains only {gain:.1} on order {least}, {MARGIN} would be strong evidence"
+                )
+            } else {
+                format!("refused: BIC is higher by {:.1} than that of order {least}", -gain)
+            }
         } else if let (true, Some(mode)) = (k > order, unknown(k)) {
             format!("refused: {}", described(&mode))
         } else {

@@ -15,6 +15,7 @@
 use super::basis::Basis;
 use super::sections::{Section, Sections};
 use crate::linalg::{Block, Complex, Minimum, Residuals, Segmented, Triangle, minimise, solve};
+use crate::stats::median;
 
 /// Rows after one change of the input.
 #[derive(Clone, Debug)]
@@ -32,6 +33,10 @@ pub(super) struct Data {
     pub(super) pieces: Vec<Piece>,
     /// Largest and least rate looked for, 1/s.
     pub(super) reach: (f64, f64),
+    /// Mean squared error below which a smaller one is rounding or the quantiser, not evidence.
+    pub(super) floor: f64,
+    /// The part of it that is rounding alone.
+    pub(super) rounding: f64,
     /// Sum of squares that is zero but for rounding.
     exact: f64,
 }
@@ -41,6 +46,9 @@ const RANK_TOLERANCE: f64 = 1e-14;
 
 /// Residual, as a share of y, that is rounding.
 const ROUNDING: f64 = 1e-15;
+
+/// Share of the variance of y below which a residual is rounding.
+const ROUNDED: f64 = 1e-12;
 
 /// Dampings looked for.
 const ZETA: (f64, f64) = (1e-3, 1e2);
@@ -60,7 +68,9 @@ impl Data {
         let step = pieces.iter().map(|p| least(&p.t)).fold(f64::INFINITY, f64::min);
         let span = pieces.iter().map(|p| p.t[p.t.len() - 1]).fold(0.0, f64::max);
         let square = pieces.iter().flat_map(|p| &p.y).map(|y| y * y).sum::<f64>();
-        Data { pieces, reach: (3.0 / step, 0.1 / span), exact: ROUNDING.powi(2) * square }
+        let rounding = ROUNDED * variance(&pieces);
+        let floor = rounding.max(quantum(&pieces).powi(2) / 6.0);
+        Data { pieces, reach: (3.0 / step, 0.1 / span), floor, rounding, exact: ROUNDING.powi(2) * square }
     }
 
     /// Rows of all pieces.
@@ -109,6 +119,27 @@ impl Data {
         let sections = Sections { q: minimum.theta.clone(), ..projection.sections };
         Some((sections, minimum))
     }
+}
+
+fn variance(pieces: &[Piece]) -> f64 {
+    let y = || pieces.iter().flat_map(|p| &p.y);
+    let N = y().count() as f64;
+    let mean = y().sum::<f64>() / N;
+    y().map(|y| (y - mean).powi(2)).sum::<f64>() / N
+}
+
+/// The usual distance of one plateau to the next, 0 where y has none.
+///
+/// A slow response behind a quantiser climbs in stairs, which modes that ring can follow; its errors are below
+/// twice `quantum^2/12`. Where plateaus are chance among noise, that lies below the variance of the noise.
+fn quantum(pieces: &[Piece]) -> f64 {
+    let mut stairs = Vec::new();
+    for piece in pieces {
+        let flat = piece.y.windows(2).filter(|w| w[0] == w[1]).map(|w| w[0]);
+        let levels: Vec<f64> = flat.collect();
+        stairs.extend(levels.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0));
+    }
+    median(stairs)
 }
 
 /// The problem in `q`, with room for its columns.

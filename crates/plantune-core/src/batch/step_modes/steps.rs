@@ -142,8 +142,7 @@ impl Steps {
                 }
             }
         }
-        let held = responses.iter().any(|r| r.rows.len() >= LEAST_ROWS);
-        if count == 0 || count > MOST_STEPS || !held {
+        if count == 0 || count > MOST_STEPS {
             return Err(no_step(rec, &u));
         }
         Ok(Steps { responses, row, rest: None })
