@@ -347,6 +347,19 @@ def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> F
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 
+def areas(rec: Record, step_at: float | None, limits: Limits) -> tuple[float, float, float]:
+    """`K, T, L` from the areas under a step response."""
+
+def step_modes(
+    rec: Record,
+    order: int | None,
+    max_order: int,
+    step_at: float | None,
+    gain: float | None,
+    limits: Limits,
+) -> Fields:
+    """Fields of `StepModes` but `source`; without an order the data choose it."""
+
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
 

@@ -12,6 +12,7 @@ from plantune.plot.residuals import residuals
 from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
 from plantune.plot.step import step
+from plantune.plot.step_modes import step_modes
 
 __all__ = [
     "adapt",
@@ -26,4 +27,5 @@ __all__ = [
     "robustness",
     "rules",
     "step",
+    "step_modes",
 ]
