@@ -350,6 +350,18 @@ def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields
 def areas(rec: Record, step_at: float | None, limits: Limits) -> tuple[float, float, float]:
     """`K, T, L` from the areas under a step response."""
 
+def idt_criterion(
+    rec: Record,
+    order: int | None,
+    max_order: int,
+    step_at: float | None,
+    gain: float | None,
+    lag: int | None,
+    eps: float,
+    limits: Limits,
+) -> Fields:
+    """Poles by criterion (15) of source 003."""
+
 def step_modes(
     rec: Record,
     order: int | None,
@@ -364,6 +376,35 @@ def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
 
 # --- estimators that learn one sample at a time -------------------------------------------------
+
+class InverseTransform:
+    """The inverse digital transform: from samples of a response back to the input."""
+
+    def __init__(
+        self,
+        poles: Sequence[complex] | Complexes,
+        Ts: float,
+        gain: float = 1.0,
+        lag: int = 1,
+        differentiation: bool = False,
+    ) -> None: ...
+    def step(self, y: float) -> float:
+        """Take one sample of `y` and return the input; NaN before the window is full."""
+
+    def run(self, y: Sequence[float] | Floats) -> Floats:
+        """Take samples (N,) and return the inputs (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def order(self) -> int:
+        """Number of poles."""
+
+    @property
+    def coefficients(self) -> Floats:
+        """Of `x(n) = sum d_j y(n - j lag) / gain` (order + 1,)."""
+
+    @property
+    def noise_gain(self) -> float:
+        """Standard deviation of `x` over that of white noise on `y`."""
 
 class RLS:
     """Recursive least squares for any model linear in its parameters."""

@@ -12,6 +12,7 @@ use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(areas, m)?)?;
+    m.add_function(wrap_pyfunction!(idt_criterion, m)?)?;
     m.add_function(wrap_pyfunction!(step_modes, m)?)
 }
 
@@ -177,4 +178,55 @@ fn step_modes<'py>(
     let record = rec.view(&limits)?;
     let found = py.detach(|| batch::step_modes(&record, &options, &limits))?;
     Ok(out(py, &record, found)?)
+}
+
+/// The dict behind `plantune.estimate.IdtCriterion(**d)`.
+#[derive(IntoPyObject)]
+struct CriterionOut<'py> {
+    order: usize,
+    lag: usize,
+    poles: Bound<'py, PyArray1<Complex64>>,
+    level: f64,
+    gain: Option<f64>,
+    numerator: Option<Array<'py>>,
+    zeros: Option<Bound<'py, PyArray1<Complex64>>>,
+    rms: f64,
+    digits: f64,
+    tried: Vec<(usize, Option<(usize, f64)>)>,
+    rows: (i64, i64),
+}
+
+/// Poles by criterion (15) of source 003.
+#[pyfunction]
+#[expect(clippy::too_many_arguments)]
+fn idt_criterion<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    order: Option<usize>,
+    max_order: usize,
+    step_at: Option<f64>,
+    gain: Option<f64>,
+    lag: Option<usize>,
+    eps: f64,
+    limits: LimitsIn,
+) -> Outcome<CriterionOut<'py>> {
+    let limits = limits.into();
+    let record = rec.view(&limits)?;
+    let options = StepModesOptions { order, max_order, step_at, gain };
+    let found = py.detach(|| batch::idt_criterion(&record, &options, lag, eps, &limits))?;
+    let complexes = |z: Vec<Complex64>| PyArray1::from_vec(py, z);
+    let row = |k: usize| record.rows.map_or(k as i64, |rows| rows[k]);
+    Ok(CriterionOut {
+        order: found.poles.len(),
+        lag: found.lag,
+        poles: complexes(found.poles),
+        level: found.level,
+        gain: found.gain,
+        zeros: found.numerator.as_ref().map(|_| complexes(found.zeros)),
+        numerator: found.numerator.map(|n| array(py, n)),
+        rms: found.rms,
+        digits: found.digits,
+        tried: found.tried,
+        rows: (row(found.rows.0), row(found.rows.1)),
+    })
 }

@@ -17,4 +17,7 @@ pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
 pub use sampling::sampling;
-pub use step_modes::{Kind, Mode, Parts, StepModes, StepModesOptions, Tried, areas, band, step_modes};
+pub use step_modes::{
+    Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
+    step_modes,
+};

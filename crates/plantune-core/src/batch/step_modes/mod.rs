@@ -14,6 +14,7 @@
 
 mod areas;
 mod basis;
+mod criterion;
 mod delay;
 mod deviations;
 mod integrals;
@@ -21,6 +22,7 @@ mod order;
 mod parts;
 mod pencil;
 mod report;
+mod rising;
 mod search;
 mod sections;
 mod sloped;
@@ -31,6 +33,7 @@ mod zeros;
 pub use areas::areas;
 pub use order::{Kind, Mode};
 pub use report::{Parts, StepModes, Tried, band};
+pub use rising::{Transformed, idt_criterion};
 
 use self::deviations::Candidate;
 use self::report::report;
