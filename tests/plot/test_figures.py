@@ -379,3 +379,21 @@ def test_adapt_of_a_long_log_stays_few_points(rec):
     log = adapted(simulated(N=20_000), every=200)
     fig = plot.adapt(log)
     assert all(len(t.x) <= 4 * BUCKETS for t in fig.data)
+
+
+def test_the_figure_of_a_step_response_shows_curve_parts_and_residual():
+    u = np.repeat([0.0, 4.0], [50, 650])
+    two = pt.models.ProcessModel(K=2.0, T=(3.0, 10.0), L=4.0)
+    y = 20 + two.simulate(u, Ts=0.1) + 0.01 * np.random.default_rng(0).normal(size=700)
+    rec = pt.Record(u=u, y=y, Ts=0.1, u_names=["valve"], y_names=["level"], units=UNITS)
+    found = pt.estimate.idt(rec)
+    fig = plot.step_modes(found, of=rec)
+    traces = {trace.name: trace for trace in fig.data if trace.mode == "lines" and trace.name}
+    assert_array_equal(traces["sum of the modes"].y, found.curve)
+    assert traces["sum of the modes"].line.color == MODEL
+    names = [name for name in traces if name.startswith("T = ")]
+    assert len(names) == 2
+    for name, part in zip(names, found.parts, strict=True):
+        assert traces[name].yaxis == "y2"
+    assert fig.layout.yaxis.title.text == "level [cm]"
+    assert traces["residual"].yaxis == "y3"

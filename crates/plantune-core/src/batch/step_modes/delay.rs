@@ -21,6 +21,9 @@ const COARSE: usize = 40;
 /// 99 % of chi squared with 0, 1, 2, … degrees of freedom.
 const CHI2: [f64; 6] = [6.63, 6.63, 9.21, 11.34, 13.28, 15.09];
 
+/// Deviations by which the best time may lie before the step.
+const BEFORE: f64 = 3.0;
+
 /// Share of the response that is rounding.
 const ROUNDING: f64 = 1e-9;
 
@@ -58,6 +61,8 @@ struct Rest {
 struct Whitened {
     distance: f64,
     step: f64,
+    /// Deviation of the time.
+    sd: f64,
     weights: Vec<f64>, // (m)
 }
 
@@ -100,11 +105,12 @@ impl<'c> Curve<'c> {
     ) -> Option<Begin> {
         for _ in 0..12 {
             let step = self.whitened(&self.rest(t), m, entry)?.step;
-            t = (t + step).clamp(earliest, -earliest);
+            t = (t + step).clamp(2.0 * earliest, -earliest);
         }
         let rest = self.rest(t);
         let found = self.whitened(&rest, m, entry)?;
-        let holds = found.distance <= CHI2[m - 1];
+        let holds = found.distance <= CHI2[m - 1] && earliest - t <= BEFORE * found.sd;
+        let t = t.max(earliest);
         holds.then(|| Begin { t, gradient: mixed(&rest.gradients, &found.weights), conditions: m })
     }
 
@@ -163,7 +169,12 @@ impl<'c> Curve<'c> {
             weights[i] = (-slope[i] / length2 / self.rate - known) / root[i][i];
         }
         let distance = r.iter().map(|r| r * r).sum::<f64>();
-        (distance.is_finite() && step.is_finite()).then_some(Whitened { distance, step, weights })
+        (distance.is_finite() && step.is_finite()).then(|| Whitened {
+            distance,
+            step,
+            weights,
+            sd: 1.0 / (length2.sqrt() * self.rate),
+        })
     }
 
     /// The last crossing of `y0`, looked for from some time after the first row back; the nearest point without one.

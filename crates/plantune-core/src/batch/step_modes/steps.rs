@@ -200,7 +200,11 @@ fn at_rest(y: &[f64], rows: &Range<usize>, row: usize) -> bool {
     let third = (row - rows.start).div_ceil(3);
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
     let drift = mean(&y[row - third..row]) - mean(&y[rows.start..rows.start + third]);
-    drift.abs() <= DRIFT * (high - low)
+    // Half the squares of the moves from row to row: the variance of white noise, whatever the drift.
+    let before = &y[rows.start..row];
+    let moves = before.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>();
+    let sd = (moves / (2 * before.len()) as f64 * 2.0 / third as f64).sqrt();
+    drift.abs() <= (DRIFT * (high - low)).max(4.0 * sd)
 }
 
 /// The first row after the step of `RUN` together outside the band, on one side.
