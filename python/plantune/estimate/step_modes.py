@@ -117,17 +117,17 @@ class StepModes:
     >>> y = 20 + plant.simulate(u, Ts=0.1) + 0.005 * np.random.default_rng(0).normal(size=700)
     >>> found = pt.estimate.idt(pt.Record(u=u, y=y, Ts=0.1))
     >>> print(found)
-    step response: order 2 of 4 tried, 606 rows, loss 2.499e-05
-                                              95 %
-      T1      3.0047 ± 0.01 s  lag  2.984 to 3.025
-      T2        10 ± 0.0069 s  lag  9.986 to 10.01
-      gain   1.9998 ± 0.00025
-      level      28 ± 0.00046
-      delay   3.9942 ± 0.01 s
-      The data support two time constants, told apart: 3.005 and 10 s.
-      Order 3 is refused: BIC is higher by 11.3 than that of order 2.
+    step response: order 2 of 4 tried, 609 rows, loss 2.501e-05
+                                               95 %
+      T1     3.0015 ± 0.0094 s  lag   2.983 to 3.02
+      T2     10.001 ± 0.0067 s  lag  9.988 to 10.01
+      gain    1.9999 ± 0.00025
+      level       28 ± 0.00045
+      delay  4.0016 ± 0.0048 s
+      The data support two time constants, told apart: 3.002 and 10 s.
+      Order 3 is refused: BIC is higher by 9.5 than that of order 2.
     >>> print(found.to_model())
-    G(s) = 1.99985 e^(-3.99417 s) / ((3.00474 s + 1) (9.99997 s + 1))
+    G(s) = 1.99986 e^(-4.0016 s) / ((3.00152 s + 1) (10.0013 s + 1))
     """
 
     order: int
@@ -229,9 +229,9 @@ class StepModes:
 
     def __str__(self) -> str:
         rows = [["", "", "", "95 %"], *_lines(self)]
-        kind = "order " + str(self.order)
+        tried = f"order {self.order} of {len(self.tried) - 1} tried"
         lines = [
-            f"step response: {kind} of {len(self.tried) - 1} tried, {self.N} rows, loss {self.loss:.4g}",
+            f"step response: {tried}, {self.N} rows, loss {self.loss:.4g}",
             *("  " + line.rstrip() for line in table(rows)),
             *("  " + text for text in self.said),
             *(f"  {note}" for note in self.notes),
@@ -312,7 +312,7 @@ def idt(
     max_order: int = 4,
     limits: Limits | None = None,
 ) -> StepModes:
-    """Find the modes of a step response: y = level + sum_j c_j phi_j(t).
+    r"""Find the modes of a step response: y = level + sum_j c_j phi_j(t).
 
     Parameters
     ----------
