@@ -6,7 +6,6 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
-import plotly.graph_objects as go
 import typer
 from rich.console import Console
 
@@ -18,6 +17,7 @@ from plantune.cli.reading import Reading, takes_record
 from plantune.errors import refusal
 from plantune.estimate import idt
 from plantune.io import to_json
+from plantune.plot.embed import page
 
 _LONGEST = 100  # rows of an array up to which JSON holds it
 
@@ -50,7 +50,7 @@ def identify(
             rec, _order(order), step_at=step_at, gain=gain, max_order=max_order, limits=rec.limits
         )
         if out is not None:
-            write_file(out, page_of(plot.step_modes(found, of=rec)))
+            write_file(out, page(plot.step_modes(found, of=rec)))
     show(found, as_json)
 
 
@@ -60,11 +60,6 @@ def show(found: Any, as_json: bool) -> None:
         print_json(to_json(found, longest=_LONGEST))
     else:
         Console(highlight=False, markup=False).print(str(found), soft_wrap=True)
-
-
-def page_of(fig: go.Figure) -> str:
-    """Return a page with one figure that works off line."""
-    return str(fig.to_html(include_plotlyjs=True))
 
 
 def _order(order: str) -> int | str:

@@ -45,6 +45,7 @@ def areas(
     >>> u = np.repeat([0.0, 1.0], [20, 2000])
     >>> y = pt.models.ProcessModel(K=2.0, T=4.0, L=1.0).simulate(u, Ts=0.02)
     >>> print(pt.estimate.areas(pt.Record(u=u, y=y, Ts=0.02)))
+    G(s) = 2 e^(-1.00001 s) / (4 s + 1)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     K, T, L = _core.areas(rec, step_at, limits)

@@ -51,6 +51,12 @@ use crate::stats::f_tail;
 /// Highest order that can be asked for.
 pub const MOST_MODES: usize = 6;
 
+/// Times that an earlier first row is tried.
+const MOST_CUTS: usize = 4;
+
+/// Deviations after which a delay is over.
+const OVER: f64 = 2.0;
+
 /// What may be set.
 #[derive(Clone, Debug)]
 pub struct StepModesOptions {
@@ -71,12 +77,29 @@ pub fn step_modes(rec: &Record, options: &StepModesOptions, limits: &Limits) -> 
     check(rec, options)?;
     let y = rec.output_held(0);
     check_output(rec, &y, limits)?;
-    let steps = Steps::of(rec, &y, options.step_at, limits)?;
-    let together = Study::new(rec, options, limits, &steps, &y)?;
+    let mut steps = Steps::of(rec, &y, options.step_at, limits)?;
+    let mut answer = analysed(rec, options, limits, &steps, &y)?;
+    for _ in 0..MOST_CUTS {
+        let over = answer.delay.map(|(L, sd)| L + OVER * sd);
+        let Some(earlier) = over.and_then(|delay| steps.earlier(rec, delay)) else { break };
+        let Ok(again) = analysed(rec, options, limits, &earlier, &y) else { break };
+        (steps, answer) = (earlier, again);
+    }
+    Ok(answer)
+}
+
+fn analysed(
+    rec: &Record,
+    options: &StepModesOptions,
+    limits: &Limits,
+    steps: &Steps,
+    y: &[f64],
+) -> Result<StepModes> {
+    let together = Study::new(rec, options, limits, steps, y)?;
     let answer = report(&together)?;
     let Some(p) = together.contradiction(answer.order) else { return Ok(answer) };
     let first = steps.first();
-    let mut answer = report(&Study::new(rec, options, limits, &first, &y)?)?;
+    let mut answer = report(&Study::new(rec, options, limits, &first, y)?)?;
     answer.notes.push(together.apart(&answer.poles, p));
     Ok(answer)
 }
@@ -109,7 +132,7 @@ impl<'a> Study<'a> {
         if possible < least {
             return Err(too_short(data.N(), parameters(least) + 2));
         }
-        let all = order::candidates(&data, possible);
+        let all = order::candidates(&data, possible, options.order.is_some());
         Ok(Study { rec, options, limits, steps, scale, data, all })
     }
 

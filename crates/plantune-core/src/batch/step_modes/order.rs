@@ -77,12 +77,16 @@ impl Mode {
     }
 }
 
-/// The best fits of order 0, 1, …, each with the least residual of all starts.
-pub(super) fn candidates(data: &Data, highest: usize) -> Vec<Candidate> {
+/// The best fits of order 0, 1, …, each with the least residual of all starts; up to the first that leaves nothing
+/// to explain, unless one was asked for.
+pub(super) fn candidates(data: &Data, highest: usize, asked: bool) -> Vec<Candidate> {
     let starts = Starts::new(data);
     let none = Sections { pattern: Vec::new(), q: Vec::new() };
     let mut all: Vec<Candidate> = Candidate::new(data, none, true).into_iter().collect();
     for k in 1..=highest {
+        if !asked && all.last().is_some_and(|c| c.rss <= c.N as f64 * c.floor) {
+            break;
+        }
         let lower = all.last().map_or(Vec::new(), |c| c.sections.poles());
         let fits = starts.of(k, &lower);
         let best = fits

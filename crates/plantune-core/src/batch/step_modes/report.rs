@@ -17,12 +17,6 @@ use crate::poly::{product, roots};
 use crate::record::{Record, Scale};
 use crate::stats::normal_quantile;
 
-/// Deviations within which a leading coefficient of the numerator counts as zero.
-const NO_ZERO: f64 = 2.0;
-
-/// A coefficient of the numerator that is rounding.
-const ROUNDED: f64 = 1e-5;
-
 /// Time constants that a record must last after the step.
 const SETTLED: f64 = 3.0;
 
@@ -75,7 +69,8 @@ pub struct StepModes {
     pub step: Option<(f64, f64)>,
     /// Time from the step to the begin of the response, s.
     pub delay: Option<(f64, f64)>,
-    /// Coefficients of the numerator over its last one, in descending powers, with their standard deviations.
+    /// Coefficients of the numerator over its last one, in descending powers, with their standard deviations; as
+    /// many as the data support.
     pub numerator: Option<(Vec<f64>, Vec<f64>)>,
     /// Zeros that the data support, 1/s.
     pub zeros: Vec<(f64, f64)>,
@@ -230,7 +225,7 @@ impl Answer<'_> {
         let modes = modes(c, choice.colour);
         let level = self.level();
         let gain = self.gain(&level);
-        let delay = self.delay();
+        let (delay, excess) = self.delay().unzip();
         let mut known: Vec<(String, Known)> = modes.iter().enumerate().flat_map(named).collect();
         match (&gain, &delay) {
             (Some(K), delay) => {
@@ -241,9 +236,8 @@ impl Answer<'_> {
             }
             (None, _) => known.push(("level".to_owned(), level.copy())),
         }
-        let numerator = delay.as_ref().and_then(|L| self.numerator(L.value));
-        let slowest = modes.last().map_or(1.0, |mode| mode.T);
-        let zeros = numerator.as_ref().map_or(Vec::new(), |n| roots(&supported(n, slowest)));
+        let numerator = delay.as_ref().and_then(|L| self.numerator(L.value, excess.unwrap_or(0)));
+        let zeros = numerator.as_ref().map_or(Vec::new(), |n| roots(&n.0));
         let told = |k: &Known| (k.value, self.sd(&k.gradient));
         let result = StepModes {
             order: c.order(),
@@ -355,16 +349,17 @@ impl Answer<'_> {
         Some(known.map_or(self.study.scale.apply(rest.y), |level| (rest.y - level) * self.study.scale.factor))
     }
 
-    fn delay(&self) -> Option<Known> {
+    /// The delay, and by how many the poles exceed the zeros.
+    fn delay(&self) -> Option<(Known, usize)> {
         let (row, y0) = (self.study.steps.row?, self.scaled_rest()?);
         let back = self.study.rec.time(row) - self.study.rec.time(self.study.steps.responses[0].rows.start);
-        let curve = Curve::new(self.c, &self.study.data.pieces[0].shared);
-        let begin = curve.begin(y0, back, self.at_rest(), |g| self.sd(g));
-        Some(Known { value: begin.t - back, gradient: begin.gradient })
+        let curve = Curve::new(self.c, &self.study.data.pieces[0].shared, y0, self.at_rest());
+        let begin = curve.begin(back, |i, j| self.entry(i, j));
+        Some((Known { value: begin.t - back, gradient: begin.gradient }, begin.conditions))
     }
 
     /// The numerator when the response begins `L` after the step, by central differences.
-    fn numerator(&self, L: f64) -> Option<(Vec<f64>, Vec<f64>)> {
+    fn numerator(&self, L: f64, excess: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let (row, y0) = (self.study.steps.row?, self.scaled_rest()?);
         let (c, k, m) = (self.c, self.c.order(), self.study.data.shared());
         let t = self.study.rec.time(row) + L - self.study.rec.time(self.study.steps.responses[0].rows.start);
@@ -386,7 +381,10 @@ impl Answer<'_> {
         let slopes = slopes(&p, of);
         let sd = |j: usize| self.sd(&(0..p.len()).map(|i| (place(i), slopes[i][j])).collect::<Vec<_>>());
         let values = of(&p);
-        values.iter().all(|x| x.is_finite()).then(|| (values, (0..=k).map(sd).collect()))
+        values
+            .iter()
+            .all(|x| x.is_finite())
+            .then(|| (values[excess..].to_vec(), (excess..=k).map(sd).collect()))
     }
 
     /// What each mode adds to the first response, with deviations by central differences.
@@ -425,7 +423,7 @@ impl Answer<'_> {
     ) -> Option<crate::model::Model> {
         let K = gain?.value;
         let (L, num) = match (delay, numerator) {
-            (Some(L), Some(numerator)) => (L.value, supported(numerator, modes.last()?.T)),
+            (Some(L), Some(numerator)) => (L.value, numerator.0.clone()),
             // A record that starts on its step shows neither delay nor zeros.
             _ => (0.0, vec![1.0]),
         };
@@ -552,16 +550,6 @@ fn named((i, mode): (usize, &Mode)) -> Vec<(String, Known)> {
             vec![(format!("w{}", i + 1), of_w), (format!("zeta{}", i + 1), of_zeta)]
         }
     }
-}
-
-/// The numerator without the leading coefficients that are zero within their deviations, or next to nothing
-/// beside `T` to their power.
-fn supported((values, sds): &(Vec<f64>, Vec<f64>), T: f64) -> Vec<f64> {
-    let last = values.len() - 1;
-    let nothing = |i: usize| ROUNDED * T.powi((last - i) as i32);
-    let small = |i: &usize| values[*i].abs() <= (NO_ZERO * sds[*i]).max(nothing(*i));
-    let first = (0..last).take_while(small).count();
-    values[first..].to_vec()
 }
 
 /// The result, if its numbers are; units far from one can overflow their squares (N02).

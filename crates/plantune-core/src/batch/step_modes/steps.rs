@@ -7,7 +7,8 @@
 //! y_0 ± max(4 sd, 1.5 steps of resolution),
 //! ```
 //!
-//! all on one side: by then the delay is over, and since the initial state is free it needs no parameter.
+//! all on one side: by then the delay is over, and since the initial state is free it needs no parameter. Noise makes
+//! the onset late; where the delay that was found allows it, an earlier row is tried.
 
 use std::ops::Range;
 
@@ -52,6 +53,8 @@ pub(super) struct Steps {
     pub(super) row: Option<usize>,
     /// What is known of the level before it.
     pub(super) rest: Option<Rest>,
+    /// Rows left out after each step.
+    skip: usize,
 }
 
 /// y before a step.
@@ -75,12 +78,12 @@ impl Steps {
             None => Steps::all(rec, y, limits)?,
         };
         steps.find_rest(rec, y);
-        let mut skip = 0;
         if let (Some(rest), Some(row)) = (&steps.rest, steps.row) {
             let end = steps.responses[0].rows.end;
             let onset = onset(y, row, end, rest).ok_or_else(|| stays(rec, row, rest))?;
-            skip = onset - row;
+            steps.skip = onset - row;
         }
+        let skip = steps.skip;
         steps.responses.iter_mut().for_each(|r| r.rows.start = (r.rows.start + skip).min(r.rows.end));
         let long = steps.responses.iter().map(|r| r.rows.len()).max().unwrap_or(0);
         steps.responses.retain(|r| r.rows.len() >= LEAST_ROWS);
@@ -108,7 +111,12 @@ impl Steps {
         // An input that never stands still is taken at the caller's word.
         let end = if moved - row >= LEAST_ROWS { moved } else { segment.end };
         let level = u[row..end].iter().sum::<f64>() / (end - row) as f64;
-        Ok(Steps { responses: vec![Response { rows: row..end, u: level }], row: Some(row), rest: None })
+        Ok(Steps {
+            responses: vec![Response { rows: row..end, u: level }],
+            row: Some(row),
+            rest: None,
+            skip: 0,
+        })
     }
 
     /// Every stretch over which the input is held, the one before the first step left out where y rests.
@@ -118,7 +126,7 @@ impl Steps {
         let travel = high - low;
         if travel <= limits.X01 * low.abs().max(high.abs()) {
             let responses = rec.segments().map(|rows| Response { rows, u: u[0] }).collect();
-            return Ok(Steps { responses, row: None, rest: None });
+            return Ok(Steps { responses, row: None, rest: None, skip: 0 });
         }
         let (mut responses, mut row, mut count) = (Vec::new(), None, 0);
         for segment in rec.segments() {
@@ -145,7 +153,7 @@ impl Steps {
         if count == 0 || count > MOST_STEPS {
             return Err(no_step(rec, &u));
         }
-        Ok(Steps { responses, row, rest: None })
+        Ok(Steps { responses, row, rest: None, skip: 0 })
     }
 
     /// What y was before the first step, if it rested there.
@@ -158,6 +166,16 @@ impl Steps {
             return;
         }
         self.rest = Some(Rest::of(y, first..row, self.responses[0].u - u[row - 1]));
+    }
+
+    /// The same from an earlier row on, `delay` seconds after each step; None where that is no earlier.
+    pub(super) fn earlier(&self, rec: &Record, delay: f64) -> Option<Self> {
+        let row = self.row?;
+        let time = rec.time(row) + delay;
+        let skip = (row..row + self.skip).find(|&k| rec.time(k) >= time)? - row;
+        let mut responses = self.responses.clone();
+        responses.iter_mut().for_each(|r| r.rows.start -= self.skip - skip);
+        Some(Steps { responses, skip, ..*self })
     }
 
     /// The first response alone.
@@ -200,7 +218,11 @@ fn at_rest(y: &[f64], rows: &Range<usize>, row: usize) -> bool {
     let third = (row - rows.start).div_ceil(3);
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
     let drift = mean(&y[row - third..row]) - mean(&y[rows.start..rows.start + third]);
-    drift.abs() <= DRIFT * (high - low)
+    // Half the squares of the moves from row to row: the variance of white noise, whatever the drift.
+    let before = &y[rows.start..row];
+    let moves = before.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>();
+    let sd = (moves / (2 * before.len()) as f64 * 2.0 / third as f64).sqrt();
+    drift.abs() <= (DRIFT * (high - low)).max(4.0 * sd)
 }
 
 /// The first row after the step of `RUN` together outside the band, on one side.
