@@ -43,7 +43,7 @@ class IdtCriterion:
     level, rms : float
         What y ends at, and what is left of it, units of y.
     digits : float
-        Decimal digits of the poles that noise leaves: what as much noise again would move.
+        Decimal digits of the poles that noise leaves, its bias and its scatter.
     tried : tuple of Rise
         The orders, rising.
     rows : (first, last)
@@ -97,7 +97,10 @@ class IdtCriterion:
     def __str__(self) -> str:
         rows = [["order", "lag", "left of y"]]
         rows += [
-            [str(r.order), *(("-", "no root settles") if r.lag is None else (str(r.lag), number(r.rms)))]
+            [
+                str(r.order),
+                *(("-", "no root settles") if r.lag is None else (str(r.lag), number(r.rms))),
+            ]
             for r in self.tried
         ]
         poles = ", ".join(_complex(p) for p in self.poles)
@@ -177,7 +180,9 @@ def idt_criterion(
     >>> plant = pt.models.TransferFunction([20.0], [0.01, 0.04, 1.0])
     >>> u = np.r_[np.zeros(10), np.ones(400)]
     >>> y = np.r_[np.zeros(10), plant.step(0.01 * np.arange(400))]
-    >>> print(pt.estimate.idt_criterion(pt.Record(u=u, y=y, Ts=0.01)))
+    >>> found = pt.estimate.idt_criterion(pt.Record(u=u, y=y, Ts=0.01))
+    >>> found.poles.round(6), round(found.gain, 9)
+    (array([-2.-9.797959j, -2.+9.797959j]), 20.0)
     """
     if order != "auto" and not (isinstance(order, int) and not isinstance(order, bool)):
         raise refusal(

@@ -12,7 +12,8 @@
 //!
 //! Roots of `d` are `e^(p m Ts)`. Rows that reach back before the first are left out, so the initial state is free.
 //! This is linear prediction of a constant and exponentials (Prony); noise on y is on both sides of it and moves the
-//! roots towards zero, as more noise would: [`Criterion::with_noise`] says how far.
+//! roots towards zero, as more noise would: [`Criterion::with_noise`] says how far. [`Criterion::shaken`] says how far
+//! they scatter.
 
 use crate::linalg::{Complex, Triangle, solve};
 use crate::poly;
@@ -63,20 +64,33 @@ impl Criterion {
         Criterion { triangle, ..*self }
     }
 
+    /// The same with `size` more of y in row `i` of the triangle: over all rows, what white errors of that size do.
+    pub(super) fn shaken(&self, i: usize, size: f64) -> Self {
+        let mut rows: Vec<Vec<f64>> = (0..self.order + 2).map(|k| self.triangle.row(k).to_vec()).collect();
+        rows[i][self.order + 1] += size;
+        let triangle = Triangle::of_rows(self.order + 2, rows.iter().map(Vec::as_slice));
+        Criterion { triangle, ..*self }
+    }
+
+    /// Unknowns: the differences, and the level where it is free.
+    pub(super) fn unknowns(&self) -> usize {
+        self.order + usize::from(!self.known)
+    }
+
+    /// `d` at the minimum.
+    pub(super) fn coefficients(&self) -> Option<Vec<f64>> {
+        let J = self.order;
+        let columns: Vec<usize> = (0..self.unknowns()).collect();
+        let a = solve(&self.triangle, &columns, J + 1, RANK_TOLERANCE).ok()?.theta;
+        let sum = |j: usize| if j < J { a[j] } else { 0.0 };
+        Some((0..=J).map(|j| if j == 0 { 1.0 + sum(0) } else { sum(j) - sum(j - 1) }).collect())
+    }
+
     /// The poles at this sample time; None where the roots are not those of a step response that settles.
     pub(super) fn poles(&self, Ts: f64) -> Option<Vec<Complex<f64>>> {
-        let J = self.order;
-        let columns: Vec<usize> = (0..if self.known { J } else { J + 1 }).collect();
-        let a = solve(&self.triangle, &columns, J + 1, RANK_TOLERANCE).ok()?.theta;
-        // d_0 = 1 - a_0 and so on: the running sums of the coefficients of y(n) - sum a_j [...].
-        let running = |j: usize| if j < J { a[j] } else { 0.0 };
-        let d = |j: usize| match j {
-            0 => 1.0 + running(0),
-            _ => running(j) - running(j - 1),
-        };
-        let roots = poly::roots(&(0..=J).map(d).collect::<Vec<f64>>());
+        let roots = poly::roots(&self.coefficients()?);
         let settles = |&(re, im): &(f64, f64)| re.hypot(im) < 1.0 && (im != 0.0 || re > 0.0);
-        if roots.len() < J || !roots.iter().all(settles) {
+        if roots.len() < self.order || !roots.iter().all(settles) {
             return None;
         }
         Some(roots.iter().map(|&(re, im)| Complex::new(re, im).ln() / (self.lag as f64 * Ts)).collect())

@@ -153,17 +153,28 @@ fn left(data: &Data, poles: &[Complex<f64>]) -> Option<f64> {
     Some((sum / freedom as f64).sqrt())
 }
 
-/// Digits of the least certain pole that as much noise again leaves.
+/// Digits of the least certain pole: what noise leaves, its bias and twice its scatter.
 fn digits(found: &Found, Ts: f64) -> f64 {
-    let Some(moved) = found.criterion.with_noise(found.rms * found.rms).poles(Ts) else { return 0.0 };
-    let sorted = |poles: &[Complex<f64>]| {
-        let mut poles = poles.to_vec();
-        poles.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
-        poles
-    };
-    let (before, after) = (sorted(&found.poles), sorted(&moved));
-    let shift = before.iter().zip(&after).map(|(p, q)| (p - q).norm() / p.norm());
-    (-shift.fold(0.0, f64::max).log10()).clamp(0.0, MOST_DIGITS)
+    let (criterion, before) = (&found.criterion, ordered(found.poles.clone()));
+    let Some(d) = criterion.coefficients() else { return 0.0 };
+    // Errors of the rows: those of y through the transform.
+    let size = found.rms * d.iter().map(|d| d * d).sum::<f64>().sqrt();
+    let noisy = std::iter::once((criterion.with_noise(found.rms * found.rms), 1.0));
+    let shaken = (0..criterion.unknowns()).map(|i| (criterion.shaken(i, size), 2.0));
+    let mut shift2 = vec![0.0; before.len()];
+    for (criterion, times) in noisy.chain(shaken) {
+        let Some(after) = criterion.poles(Ts) else { return 0.0 };
+        for ((shift2, p), q) in shift2.iter_mut().zip(&before).zip(ordered(after)) {
+            *shift2 += (times * (p - q).norm() / p.norm()).powi(2);
+        }
+    }
+    (-0.5 * shift2.iter().copied().fold(0.0, f64::max).log10()).clamp(0.0, MOST_DIGITS)
+}
+
+/// By falling rate.
+fn ordered(mut poles: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+    poles.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+    poles
 }
 
 fn report(
@@ -186,10 +197,8 @@ fn report(
     let at_rest = rest.map_or(0.0, |rest| rest.y);
     let numerator = (from_step && !c.is_empty()).then(|| numerator(&sections, level - at_rest, &c));
     let zeros = numerator.as_deref().map_or(Vec::new(), |n| zeros(n, digits));
-    let mut poles = found.poles;
-    poles.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
     Transformed {
-        poles,
+        poles: ordered(found.poles),
         lag: found.criterion.lag,
         level,
         gain,
