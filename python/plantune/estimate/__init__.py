@@ -4,7 +4,7 @@ from plantune.estimate.areas import areas
 from plantune.estimate.arx import arx
 from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
-from plantune.estimate.idt_criterion import IdtCriterion, Rise, idt_criterion
+from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.pem import armax, oe
 from plantune.estimate.process import process
