@@ -47,10 +47,13 @@ pub struct Transformed {
     /// Decimal digits of the poles that noise leaves.
     pub digits: f64,
     /// Of each order tried its best lag and what is left, units of y; none where no root settles.
-    pub tried: Vec<(usize, Option<(usize, f64)>)>,
+    pub tried: Vec<Rise>,
     /// First and last row used.
     pub rows: (usize, usize),
 }
+
+/// An order, and its best lag with what it leaves.
+pub type Rise = (usize, Option<(usize, f64)>);
 
 /// One order at its best lag.
 struct Found {
@@ -182,7 +185,7 @@ fn report(
     steps: &Steps,
     scale: &Scale,
     options: &StepModesOptions,
-    (found, tried, digits): (Found, Vec<(usize, Option<(usize, f64)>)>, f64),
+    (found, tried, digits): (Found, Vec<Rise>, f64),
     y: &[f64],
 ) -> Transformed {
     let response = &steps.responses[0];
@@ -236,7 +239,7 @@ fn modes_of(data: &Data, poles: &[Complex<f64>]) -> Option<(f64, Vec<f64>)> {
 }
 
 /// X02: no order has roots of a response that settles.
-fn no_roots(rec: &Record, tried: &[(usize, Option<(usize, f64)>)]) -> Error {
+fn no_roots(rec: &Record, tried: &[Rise]) -> Error {
     let most = tried.last().map_or(0, |t| t.0);
     Error::new("X02", format!("no order up to {most} has roots of a response that settles"))
         .at(rec.place(1, 0))
