@@ -1,5 +1,7 @@
 """Models of hysteresis as values."""
 
+from plantune.models.hysteresis.creep import ChargeLeak, Creep, CreepInverse
 from plantune.models.hysteresis.play_stack import PlayStack
+from plantune.models.hysteresis.preisach import Preisach, PreisachInverse
 
-__all__ = ["PlayStack"]
+__all__ = ["ChargeLeak", "Creep", "CreepInverse", "PlayStack", "Preisach", "PreisachInverse"]
