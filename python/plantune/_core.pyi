@@ -825,6 +825,7 @@ def preisach_identify(
     levels: Floats | None,
     counts: Sequence[int],
     ridge: float,
+    smooth: float,
     start: str,
     offset: bool,
 ) -> tuple[Fields, Fields]:
@@ -834,7 +835,13 @@ def hysteresis_forc(x: Floats, y: Floats) -> Fields:
     """Fields of `Forc`, tables flat, curves as rows from and to."""
 
 def creep_identify(
-    x: Floats, y: Floats, Ts: float, n: int, tau: Floats | None, offset: bool
+    x: Floats,
+    y: Floats,
+    Ts: float,
+    n: int,
+    r: Floats | None,
+    tau: Floats | None,
+    offset: bool,
 ) -> tuple[Fields, Fields]:
     """Fields of `Creep` with `c` flat, and of `Identified`."""
 

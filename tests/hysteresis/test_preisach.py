@@ -244,10 +244,10 @@ def test_parameters_that_are_none_are_refused(fields):
 
 
 def record(rng, n=2000, noise=1e-3):
-    """Plays and a smooth asymmetric function of them, 0.1 % noise; four sines on a ramp."""
+    """An asymmetric stage, 0.1 % noise: four sines that reach both ends of the range."""
     t = np.arange(n) / n
-    x = sum(np.sin(2 * np.pi * f * t + p) for f, p in zip((3, 7, 11.3, 17.1), rng.random(4) * 6, strict=True))
-    x *= (0.2 + 0.8 * t) / np.abs(x).max()
+    x = sum(np.sin(2 * np.pi * f * t + 6 * p) for f, p in zip((9, 23, 41, 67), rng.random(4), strict=True))
+    x = 2 * (x - x.min()) / np.ptp(x) - 1
     r = np.linspace(0, 1, 200)
     h = play.stack(x, r, 2 * np.exp(-2 * r) / 200 + 0.5 * (r == 0))
     y = h + 0.25 * h**2 + 0.1 * h**3
@@ -255,21 +255,36 @@ def record(rng, n=2000, noise=1e-3):
 
 
 def test_the_fit_predicts_new_data_of_an_asymmetric_stage():
-    """0.054 % of the range was measured with an independent prototype, 1.3 % with bare relays."""
+    """A smooth function of plays is no Preisach model; 0.15 to 0.3 % of the range were measured."""
     rng = np.random.default_rng(5)
     x, y, e = record(rng)
-    found = pt.hysteresis.Preisach.identify(x, y + e, levels=np.linspace(-1, 1, 21))
+    found = pt.hysteresis.Preisach.identify(x, y + e)
+    own = np.sqrt(np.mean((found.simulate(x) - y) ** 2)) / np.ptp(y)
     x, y, _ = record(rng)
-    error = np.sqrt(np.mean((found.simulate(x) - y) ** 2)) / np.ptp(y)
-    assert error < 1e-3, error
+    new = np.sqrt(np.mean((found.simulate(x) - y) ** 2)) / np.ptp(y)
+    assert own < 1e-3 and new < 4e-3, (own, new)
     assert (found.mu >= 0).all()
+
+
+def test_neighbours_fill_what_the_record_did_not_switch():
+    """A stack of plays, from a record that rests in one half of its range but for one rise."""
+    stack = pt.hysteresis.PlayStack(r=np.arange(10) / 10, w=np.full(10, 0.2))
+    x = np.concatenate([0.8 * np.abs(WALK[:1500]), [-0.9, 0.9]])
+    new = WALK[1500:]
+    left = []
+    for smooth in (0.0, 10.0):
+        found = pt.hysteresis.Preisach.identify(
+            x, stack.simulate(x), levels=np.linspace(-1, 1, 21), smooth=smooth
+        )
+        left.append(np.sqrt(np.mean((found.simulate(new) - stack.simulate(new)) ** 2)))
+    assert left[1] < 0.3 * left[0], left
 
 
 def test_the_fit_is_that_of_the_oracle():
     x = WALK[::8]
     y = model(offset=3.0).simulate(x) + 0.1 * RNG.standard_normal(len(x))
     levels = np.linspace(-1, 1, 6)
-    ours = pt.hysteresis.Preisach.identify(x, y, levels=levels, ridge=0.5, start="negative")
+    ours = pt.hysteresis.Preisach.identify(x, y, levels=levels, ridge=0.5, smooth=0.0, start="negative")
     mu, offset = preisach.fit(preisach.rows(x, levels), y, 0.5)
     cells = preisach.cells(5)
     assert ours.mu[cells[:, 0], cells[:, 1]] == approx(mu, abs=1e-6)
@@ -294,6 +309,7 @@ def test_what_cannot_be_fitted_is_refused():
     for x, y, options in (
         (WALK, WALK[1:], {}),
         (WALK, WALK, {"ridge": 0.0}),
+        (WALK, WALK, {"smooth": -1.0}),
         (WALK, WALK, {"levels": 0}),
         (WALK, WALK, {"levels": "many"}),
         (WALK, WALK, {"start": "up"}),

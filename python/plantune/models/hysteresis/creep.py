@@ -110,6 +110,7 @@ class Creep(_Creeping):
         Ts: float,
         *,
         n: int = 10,
+        r: ArrayLike | None = None,
         tau: ArrayLike | None = None,
         offset: bool = True,
     ) -> Creep:
@@ -123,10 +124,12 @@ class Creep(_Creeping):
             Sample time, seconds.
         n : int
             Number of plays, evenly spaced up to the largest `|x|`.
+        r : array, optional
+            Their half widths instead.
         tau : array, optional
             Time constants, seconds.  By default evenly in log t from `4 Ts` to half the record,
-            two per decade at most: the fewest that predict the second half, fitted on the first,
-            within 5 % of the best.
+            two per decade at most: the number that, fitted on the first half, predicts the second
+            half best.
         offset : bool
             Whether the offset is fitted.
 
@@ -151,11 +154,16 @@ class Creep(_Creeping):
         >>> model.identified.relative < 5e-3
         True
         """
-        levels = None if tau is None else frozen(tau, "tau")
         fields, how = _core.creep_identify(
-            column(x, "x"), column(y, "y"), Ts, max(0, n), levels, offset
+            column(x, "x"),
+            column(y, "y"),
+            Ts,
+            max(0, n),
+            None if r is None else frozen(r, "r"),
+            None if tau is None else frozen(tau, "tau"),
+            offset,
         )
-        plays, constants = range(n), range(len(fields["tau"]))
+        plays, constants = range(len(fields["r"])), range(len(fields["tau"]))
         names = [f"w{i}" for i in plays] + [f"c[{k},{i}]" for k in constants for i in plays]
         return Creep(**fields, identified=Identified(**how, names=(*names, "offset")))
 
@@ -211,7 +219,7 @@ class ChargeLeak(HysteresisModel):
     The input is the current in A, held over a sample; the output is that before it has acted.
     The `i` of X is the leak's own current, so that `i = V / sqrt(R^2 - (a V)^2)` and `|V|` stays
     below `R/a`, 618 V with the source's numbers, the defaults.  The step is exact for a resistor,
-    and of third order in `Ts` otherwise.  Source 002, (5) and (6); the source's numbers cannot be
+    and of fourth order in `Ts` otherwise.  Source 002, (5) and (6); the source's numbers cannot be
     checked beyond 5 nA at 103.5 V.
 
     Examples

@@ -133,6 +133,7 @@ class Preisach(_Relays):
         *,
         levels: int | str | ArrayLike = 20,
         ridge: float = 1e-2,
+        smooth: float = 10.0,
         start: str = "virgin",
         offset: bool = True,
     ) -> Preisach:
@@ -147,6 +148,9 @@ class Preisach(_Relays):
             that is best on the last third of the rows, fitted on the others; or the levels.
         ridge : float
             Weight of `sum mu^2`, positive.
+        smooth : float
+            Weight of the squared differences of `mu` along the diagonals, where the weights of
+            plays are the same, >= 0: it fills cells that the record did not switch.
         start : "virgin" or "negative"
             As of `Preisach`; a record that begins demagnetised has 0 within its levels.
         offset : bool
@@ -170,8 +174,8 @@ class Preisach(_Relays):
         >>> x = np.sin(np.arange(600) / 20) * np.linspace(0.1, 1.0, 600)
         >>> y = pt.hysteresis.PlayStack(r=[0, 0.2, 0.5], w=[1, 0.5, 0.5], offset=3.0).simulate(x)
         >>> model = pt.hysteresis.Preisach.identify(x, y, levels=10)
-        >>> print(f"{model.offset:.3f}, {model.identified.relative:.1e}")
-        3.000, 6.4e-04
+        >>> print(f"{100 * model.identified.relative:.2f} %")
+        0.10 %
         """
         given = None if isinstance(levels, (int, str, np.integer)) else frozen(levels, "levels")
         if isinstance(levels, str) and levels != "auto":
@@ -183,6 +187,7 @@ class Preisach(_Relays):
             given,
             [max(0, int(n)) for n in counts],  # type: ignore[arg-type]
             ridge,
+            smooth,
             start,
             offset,
         )
