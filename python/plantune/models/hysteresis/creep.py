@@ -99,7 +99,7 @@ class Creep(_Creeping):
         >>> import plantune as pt
         >>> creep = pt.hysteresis.Creep(r=[0], w=[1], tau=[2.0], c=[[0.5]], Ts=1.0)
         >>> creep.inverse().simulate([1.0, 1.0, 1.0]).round(4)
-        array([1.    , 0.8033, 0.7229])
+        array([1.    , 0.8033, 0.7226])
         """
         return CreepInverse(**_core.hysteresis_inverse(self))
 
