@@ -37,7 +37,10 @@ def mu(grid):
 
 
 def ours(grid, record, n=N):
-    relays, x = pt.hysteresis.Preisach(levels=levels(grid), mu=mu(grid), start="negative"), record(n)
+    relays, x = (
+        pt.hysteresis.Preisach(levels=levels(grid), mu=mu(grid), start="negative"),
+        record(n),
+    )
     stream = relays.stream()
     start = stream.state
 
@@ -112,7 +115,7 @@ def numpy_relays(grid, record):
 
 
 def per_sample(samples):
-    """Nanoseconds per sample of each contestant; of the first, the worst process over the median."""
+    """Nanoseconds per sample of each, and the worst process of the first over its median."""
 
     def remark(rows):
         rates = [

@@ -846,10 +846,10 @@ def creep_identify(
     """Fields of `Creep` with `c` flat, and of `Identified`."""
 
 def leak_current(model: ChargeLeak, V: float) -> float:
-    """Current through the leak at a voltage."""
+    """Return the current through the leak at a voltage."""
 
 def leak_resistance(model: ChargeLeak, i: float) -> float:
-    """Leak resistance at a leak current."""
+    """Return the leak resistance at a leak current."""
 
 def hysteresis_track(
     plant: HysteresisModel,

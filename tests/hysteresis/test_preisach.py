@@ -147,7 +147,9 @@ def test_curves_give_the_model_and_the_model_the_curves(sign):
 
 
 def test_curves_may_come_in_any_order():
-    x = np.concatenate([np.concatenate([LEVELS[: a + 1], LEVELS[a - 1 :: -1]]) for a in (7, 2, 12, 4)])
+    x = np.concatenate(
+        [np.concatenate([LEVELS[: a + 1], LEVELS[a - 1 :: -1]]) for a in (7, 2, 12, 4)]
+    )
     forc = pt.hysteresis.forc(x, model(start="negative").simulate(x))
     assert forc.levels == approx(LEVELS[[0, 2, 4, 7, 12]])
     assert forc.everett[4, 0] == approx(MU.sum())
@@ -246,7 +248,10 @@ def test_parameters_that_are_none_are_refused(fields):
 def record(rng, n=2000, noise=1e-3):
     """An asymmetric stage, 0.1 % noise: four sines that reach both ends of the range."""
     t = np.arange(n) / n
-    x = sum(np.sin(2 * np.pi * f * t + 6 * p) for f, p in zip((9, 23, 41, 67), rng.random(4), strict=True))
+    x = sum(
+        np.sin(2 * np.pi * f * t + 6 * p)
+        for f, p in zip((9, 23, 41, 67), rng.random(4), strict=True)
+    )
     x = 2 * (x - x.min()) / np.ptp(x) - 1
     r = np.linspace(0, 1, 200)
     h = play.stack(x, r, 2 * np.exp(-2 * r) / 200 + 0.5 * (r == 0))
@@ -284,7 +289,9 @@ def test_the_fit_is_that_of_the_oracle():
     x = WALK[::8]
     y = model(offset=3.0).simulate(x) + 0.1 * RNG.standard_normal(len(x))
     levels = np.linspace(-1, 1, 6)
-    ours = pt.hysteresis.Preisach.identify(x, y, levels=levels, ridge=0.5, smooth=0.0, start="negative")
+    ours = pt.hysteresis.Preisach.identify(
+        x, y, levels=levels, ridge=0.5, smooth=0.0, start="negative"
+    )
     mu, offset = preisach.fit(preisach.rows(x, levels), y, 0.5)
     cells = preisach.cells(5)
     assert ours.mu[cells[:, 0], cells[:, 1]] == approx(mu, abs=1e-6)
@@ -316,3 +323,25 @@ def test_what_cannot_be_fitted_is_refused():
     ):
         with pytest.raises(UsageError):
             identify(x, y, **options)
+
+
+# -- the figure ----------------------------------------------------------------------------------
+
+
+def test_the_figure_shows_curves_and_weights():
+    x = staircase(LEVELS)
+    forc = pt.hysteresis.forc(x, model(start="negative").simulate(x))
+    fig = pt.plot.forc(forc, x="field", y="output", y_unit="V")
+    heat = next(trace for trace in fig.data if trace.type == "heatmap")
+    z = np.array(heat.z, float)
+    assert np.nanmax(np.abs(z - forc.mu)) == 0 and np.isnan(z[0, 1]) and heat.zmin == 0
+    assert sum(trace.name == "measured" for trace in fig.data) == N
+    assert fig.layout.xaxis2.title.text == "down at beta"
+    assert heat.colorbar.title.text == "weight [V]"
+
+
+def test_the_figure_shows_negative_weights_in_another_colour():
+    mu = MU.copy()
+    mu[5, 2] = -0.5
+    (heat, _) = pt.plot.forc(model(mu)).data
+    assert heat.zmin == -heat.zmax and len(heat.colorscale) == 3

@@ -153,7 +153,7 @@ def track(
         cmac=cmac,
     )
     N = len(fields["y"])
-    t = Ts * np.arange(N)
+    t = Ts * np.arange(N, dtype=float)
     r = r[:N]
     for signal in (t, r):
         signal.flags.writeable = False
