@@ -5,7 +5,7 @@ rad/s, times and `Ts` seconds, `input` counts from 0.  A dict holds the fields o
 built from it; square and stacked arrays come flat, notes as dicts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
@@ -15,7 +15,7 @@ from typing_extensions import Unpack
 from plantune.adapt.settings import Settings
 from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
-from plantune.models.hysteresis import ChargeLeak
+from plantune.models.hysteresis import ChargeLeak, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel
 from plantune.notes import Limits
 from plantune.record import Record
@@ -897,6 +897,57 @@ class Cmac:
         """Weights (2, layers, cells + 1): rising, falling."""
 
     state: Floats
+
+def hysteresis_cycles(x: Floats, band: float | None = None) -> Fields:
+    """Rows of turning points and whole cycles, and the band."""
+
+def hysteresis_repeatability(x: Floats, y: Floats, band: float | None = None) -> Fields:
+    """Branches over a grid, and their differences (largest, rms): rising, falling, both."""
+
+def series_slip_identify(x: Floats, y: Floats, settings: Mapping[str, Any]) -> Fields:
+    """Fields of `Identified`, those of the model under `model`."""
+
+def series_slip_closed(model: SeriesSlip) -> Fields:
+    """Fields of the loop whose elements meet."""
+
+def series_slip_through(model: SeriesSlip, x: float, y: float, way: float) -> Fields:
+    """Fields of the model moved so that the branch `way`, +1 or -1, passes (x, y)."""
+
+class SeriesSlipLearner:
+    """Elements in series, learnt one sample at a time."""
+
+    def __init__(
+        self,
+        threshold: float,
+        consecutive: int | None = None,
+        P0: float = 100.0,
+        noise_sd: float = 0.0,
+        band: float = 0.0,
+    ) -> None: ...
+    def step(self, x: float, y: float) -> float:
+        """Learn a sample; return the error before that."""
+
+    def run(self, x: Floats, y: Floats) -> Floats:
+        """Return the errors (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def model(self) -> SeriesSlip:
+        """What has been learnt."""
+
+    @property
+    def elements(self) -> tuple[int, int]:
+        """How many: rising, falling."""
+
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def consecutive(self) -> int: ...
+    @property
+    def P0(self) -> float: ...
+    @property
+    def noise_sd(self) -> float: ...
+    @property
+    def band(self) -> float: ...
 
 class Stream:
     """A hysteresis model at work, sample by sample."""

@@ -1,6 +1,7 @@
 """Hysteresis: models, operators sample by sample, inverses, identification."""
 
-from plantune._core import Cmac, Stream
+from plantune._core import Cmac, SeriesSlipLearner, Stream
+from plantune.hysteresis.cycles import Cycles, Repeatability, cycles, repeatability
 from plantune.hysteresis.forc import Forc, forc
 from plantune.hysteresis.track import Tracking, track
 from plantune.models.hysteresis import (
@@ -10,6 +11,7 @@ from plantune.models.hysteresis import (
     PlayStack,
     Preisach,
     PreisachInverse,
+    SeriesSlip,
 )
 
 __all__ = [
@@ -17,12 +19,18 @@ __all__ = [
     "Cmac",
     "Creep",
     "CreepInverse",
+    "Cycles",
     "Forc",
     "PlayStack",
     "Preisach",
     "PreisachInverse",
+    "Repeatability",
+    "SeriesSlip",
+    "SeriesSlipLearner",
     "Stream",
     "Tracking",
+    "cycles",
     "forc",
+    "repeatability",
     "track",
 ]

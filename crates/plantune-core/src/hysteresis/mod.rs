@@ -4,13 +4,18 @@
 
 mod cmac;
 mod creep;
+mod cycles;
 mod feed_forward;
 mod misfit;
 mod play;
 mod preisach;
+mod series_slip;
+mod slip_identify;
+mod slip_learner;
 
 pub use cmac::{Cmac, CmacSettings};
 pub use creep::{ChargeLeak, Creep, CreepFit, CreepSettings, identify_creep};
+pub use cycles::{Cycles, Repeatability, cycles, repeatability};
 pub use feed_forward::{TrackRun, Tracking, track};
 pub use misfit::Misfit;
 pub use play::PlayStack;
@@ -18,6 +23,9 @@ pub use preisach::{
     Forc, Preisach, PreisachFit, PreisachSettings, Start, everett_of_mu, forc, identify_preisach,
     mu_of_everett,
 };
+pub use series_slip::{Element, SeriesSlip};
+pub use slip_identify::{LearntSlip, identify_slip};
+pub use slip_learner::{SlipLearner, SlipSettings};
 
 use crate::error::{Error, Result};
 
@@ -43,6 +51,8 @@ pub trait Operator: Send + Sync {
 pub enum Model {
     /// Weighted plays.
     PlayStack(PlayStack),
+    /// Elements in series, one group per direction.
+    SeriesSlip(SeriesSlip),
     /// Weighted relays.
     Preisach(Preisach),
     /// What finds the input of weighted relays.
@@ -60,6 +70,7 @@ impl Model {
     pub fn check(&self) -> Result<()> {
         match self {
             Model::PlayStack(m) => m.check(),
+            Model::SeriesSlip(m) => m.check(),
             Model::Preisach(m) => m.check(),
             Model::PreisachInverse(m) => m.check().and_then(|()| m.check_inverse()),
             Model::Creep(m) => m.check(),
@@ -73,6 +84,7 @@ impl Model {
         self.check()?;
         Ok(match self {
             Model::PlayStack(m) => Box::new(m.start()),
+            Model::SeriesSlip(m) => Box::new(m.start()),
             Model::Preisach(m) => m.start(),
             Model::PreisachInverse(m) => m.start_inverse()?,
             Model::Creep(m) => m.start(),
@@ -91,6 +103,7 @@ impl Model {
         self.check()?;
         match self {
             Model::PlayStack(m) => Ok(Model::PlayStack(m.inverse()?)),
+            Model::SeriesSlip(m) => Ok(Model::SeriesSlip(m.inverse()?)),
             Model::Preisach(m) => m.check_inverse().map(|()| Model::PreisachInverse(m.clone())),
             Model::PreisachInverse(m) => Ok(Model::Preisach(m.clone())),
             Model::Creep(m) => m.check_inverse().map(|()| Model::CreepInverse(m.clone())),

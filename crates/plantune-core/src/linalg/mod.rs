@@ -27,6 +27,6 @@ pub use qr::{BLOCK, Block, Triangle};
 pub use recursion::Recursion;
 pub use segmented::Segmented;
 pub use simplex::simplex;
-pub use solve::{RankDeficient, Solution, residual_norm2, solve};
+pub use solve::{RankDeficient, Solution, residual_norm2, solve, solve_damped};
 
 pub use nalgebra::Complex;

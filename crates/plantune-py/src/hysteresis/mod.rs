@@ -2,8 +2,10 @@
 
 mod cmac;
 mod creep;
+mod cycles;
 mod identified;
 mod preisach;
+mod slip;
 mod stream;
 mod track;
 
@@ -17,6 +19,8 @@ use crate::values::{Array, Frozen, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<stream::Stream>()?;
+    cycles::register(m)?;
+    slip::register(m)?;
     m.add_class::<cmac::Cmac>()?;
     for register in [preisach::register, creep::register, track::register] {
         register(m)?;
@@ -47,6 +51,7 @@ impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
                 let PlayStackIn { r, w, offset } = value.extract()?;
                 Model::PlayStack(PlayStack { r, w, offset })
             }
+            "series_slip" => Model::SeriesSlip(slip::read(&value)?),
             "preisach" => Model::Preisach(value.extract::<preisach::PreisachIn>()?.core()?),
             "preisach_inverse" => Model::PreisachInverse(value.extract::<preisach::PreisachIn>()?.core()?),
             "creep" => Model::Creep(value.extract::<creep::CreepIn>()?.core()?),
@@ -66,6 +71,7 @@ fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
 #[derive(IntoPyObject)]
 pub enum HysteresisOut {
     PlayStack { r: Frozen, w: Frozen, offset: f64 },
+    SeriesSlip { up: Vec<(f64, f64, f64)>, down: Vec<(f64, f64, f64)> },
     Preisach(preisach::PreisachOut),
     Creep(creep::CreepOut),
     ChargeLeak(creep::ChargeLeakOut),
@@ -76,6 +82,9 @@ impl From<Model> for HysteresisOut {
         match model {
             Model::PlayStack(PlayStack { r, w, offset }) => {
                 HysteresisOut::PlayStack { r: Frozen(r), w: Frozen(w), offset }
+            }
+            Model::SeriesSlip(m) => {
+                HysteresisOut::SeriesSlip { up: slip::rows(&m.up), down: slip::rows(&m.down) }
             }
             Model::Preisach(m) | Model::PreisachInverse(m) => HysteresisOut::Preisach(m.into()),
             Model::Creep(m) | Model::CreepInverse(m) => HysteresisOut::Creep(m.into()),
