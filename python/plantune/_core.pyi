@@ -15,7 +15,7 @@ from typing_extensions import Unpack
 from plantune.adapt.settings import Settings
 from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
-from plantune.models.hysteresis import SeriesSlip
+from plantune.models.hysteresis import ChargeLeak, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel
 from plantune.notes import Limits
 from plantune.record import Record
@@ -866,6 +866,91 @@ def hysteresis_simulate(model: HysteresisModel, x: Floats) -> Floats:
 
 def hysteresis_inverse(model: HysteresisModel) -> Fields:
     """Fields of the model whose output is this one's input."""
+
+def preisach_everett(mu: Floats) -> Floats:
+    """Everett table (n + 1, n + 1) of weights (n, n)."""
+
+def preisach_mu(everett: Floats) -> Floats:
+    """Weights (n, n) of an Everett table (n + 1, n + 1)."""
+
+def preisach_identify(
+    x: Floats,
+    y: Floats,
+    levels: Floats | None,
+    counts: Sequence[int],
+    ridge: float,
+    smooth: float,
+    start: str,
+    offset: bool,
+) -> tuple[Fields, Fields]:
+    """Fields of `Preisach` with `mu` flat, and of `Identified`."""
+
+def hysteresis_forc(x: Floats, y: Floats) -> Fields:
+    """Fields of `Forc`, tables flat, curves as rows from and to."""
+
+def creep_identify(
+    x: Floats,
+    y: Floats,
+    Ts: float,
+    n: int,
+    r: Floats | None,
+    tau: Floats | None,
+    offset: bool,
+) -> tuple[Fields, Fields]:
+    """Fields of `Creep` with `c` flat, and of `Identified`."""
+
+def leak_current(model: ChargeLeak, V: float) -> float:
+    """Return the current through the leak at a voltage."""
+
+def leak_resistance(model: ChargeLeak, i: float) -> float:
+    """Return the leak resistance at a leak current."""
+
+def hysteresis_track(
+    plant: HysteresisModel,
+    r: Floats,
+    one_pass: int,
+    Ts: float,
+    noise: Floats,
+    limits: tuple[float, float],
+    dynamics: Model | None = None,
+    inverse: HysteresisModel | None = None,
+    pid: PID | None = None,
+    cmac: Cmac | None = None,
+) -> Fields:
+    """Fields of `Tracking`, but for `t` and `r`."""
+
+class Cmac:
+    """A function of one signal, learnt while it is used."""
+
+    def __init__(
+        self,
+        range: tuple[float, float],
+        cells: int = 25,
+        layers: int = 8,
+        beta: float = 0.3,
+        dead_zone: float = 0.0,
+    ) -> None: ...
+    def recall(self, s: float) -> float:
+        """Return what was learnt for the signal `s`."""
+
+    def learn(self, target: float) -> None:
+        """Learn what should have come out of the last `recall`."""
+
+    @property
+    def range(self) -> tuple[float, float]: ...
+    @property
+    def cells(self) -> int: ...
+    @property
+    def layers(self) -> int: ...
+    @property
+    def beta(self) -> float: ...
+    @property
+    def dead_zone(self) -> float: ...
+    @property
+    def w(self) -> Floats:
+        """Weights (2, layers, cells + 1): rising, falling."""
+
+    state: Floats
 
 def hysteresis_cycles(x: Floats, band: float | None = None) -> Fields:
     """Rows of turning points and whole cycles, and the band."""

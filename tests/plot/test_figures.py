@@ -70,6 +70,12 @@ def adapted(rec, **more):
     return pt.adapt.replay(rec, pt.adapt.Settings(Ts=0.1, nk=(1, 9), controller=pid, **more))
 
 
+def curves():
+    relays = pt.hysteresis.Preisach(levels=[-1, 0, 1], mu=[[1, 0], [2, 1]])
+    x = [-1.0, 0.0, -1.0, 0.0, 1.0, 0.0, -1.0]
+    return pt.hysteresis.forc(x, relays.simulate(x))
+
+
 @pytest.fixture(scope="module")
 def figures(rec, fits, verdicts, tuning, response):
     return {
@@ -82,6 +88,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "margins": plot.margins(tuning),
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
+        "forc": plot.forc(curves(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "relay": plot.relay(*relay_test(noise_sd=0.02)),
         "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),
         "rules": plot.rules(pt.tune.compare(fits[0]), of=rec),
@@ -116,7 +123,7 @@ def test_titles_fit_a_laptop_and_say_record_and_model(figures, rec):
         title = fig.layout.title
         assert 0 < len(title.text) <= 80, name
         assert "<" not in title.text
-        if name not in ("closed_loop", "relay", "step_modes"):
+        if name not in ("closed_loop", "forc", "relay", "step_modes"):  # no record
             assert rec.source[:8] in title.subtitle.text, name
 
 

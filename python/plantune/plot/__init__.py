@@ -5,6 +5,7 @@ from plantune.plot.bode import bode
 from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
+from plantune.plot.forc import forc
 from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.relay import relay
@@ -20,6 +21,7 @@ __all__ = [
     "closed_loop",
     "compare",
     "delay",
+    "forc",
     "margins",
     "record",
     "relay",
