@@ -94,14 +94,7 @@ class IdtCriterion:
         return _core.InverseTransform(self.poles, Ts, gain=gain, lag=self.lag)
 
     def __str__(self) -> str:
-        rows = [["order", "lag", "left of y"]]
-        rows += [
-            [
-                str(r.order),
-                *(("-", "no root settles") if r.lag is None else (str(r.lag), number(r.rms))),
-            ]
-            for r in self.tried
-        ]
+        rows = [["order", "lag", "left of y"], *(_line(rise) for rise in self.tried)]
         poles = ", ".join(_complex(p) for p in self.poles)
         said = [f"criterion (15): order {self.order}, {self.digits:.0f} digits", *table(rows)]
         said += [f"poles {poles} 1/s"]
@@ -110,6 +103,12 @@ class IdtCriterion:
         if self.gain is not None:
             said += [f"gain {self.gain:.6g}"]
         return "\n  ".join(line.rstrip() for line in said)
+
+
+def _line(rise: Rise) -> list[str]:
+    if rise.lag is None or rise.rms is None:
+        return [str(rise.order), "-", "no root settles"]
+    return [str(rise.order), str(rise.lag), number(rise.rms)]
 
 
 def _complex(z: complex) -> str:
