@@ -15,7 +15,7 @@ from typing_extensions import Unpack
 from plantune.adapt.settings import Settings
 from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
-from plantune.models.hysteresis import SeriesSlip
+from plantune.models.hysteresis import ChargeLeak, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel
 from plantune.notes import Limits
 from plantune.record import Record
@@ -347,10 +347,64 @@ def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> F
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 
+def areas(rec: Record, step_at: float | None, limits: Limits) -> tuple[float, float, float]:
+    """`K, T, L` from the areas under a step response."""
+
+def idt_criterion(
+    rec: Record,
+    order: int | None,
+    max_order: int,
+    step_at: float | None,
+    gain: float | None,
+    lag: int | None,
+    eps: float,
+    limits: Limits,
+) -> Fields:
+    """Poles by criterion (15) of source 003."""
+
+def step_modes(
+    rec: Record,
+    order: int | None,
+    max_order: int,
+    step_at: float | None,
+    gain: float | None,
+    limits: Limits,
+) -> Fields:
+    """Fields of `StepModes` but `source`; without an order the data choose it."""
+
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
 
 # --- estimators that learn one sample at a time -------------------------------------------------
+
+class InverseTransform:
+    """The inverse digital transform: from samples of a response back to the input."""
+
+    def __init__(
+        self,
+        poles: Sequence[complex] | Complexes,
+        Ts: float,
+        gain: float = 1.0,
+        lag: int = 1,
+        differentiation: bool = False,
+    ) -> None: ...
+    def step(self, y: float) -> float:
+        """Take one sample of `y` and return the input; NaN before the window is full."""
+
+    def run(self, y: Sequence[float] | Floats) -> Floats:
+        """Take samples (N,) and return the inputs (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def order(self) -> int:
+        """Number of poles."""
+
+    @property
+    def coefficients(self) -> Floats:
+        """Of `x(n) = sum d_j y(n - j lag) / gain` (order + 1,)."""
+
+    @property
+    def noise_gain(self) -> float:
+        """Standard deviation of `x` over that of white noise on `y`."""
 
 class RLS:
     """Recursive least squares for any model linear in its parameters."""
@@ -812,6 +866,91 @@ def hysteresis_simulate(model: HysteresisModel, x: Floats) -> Floats:
 
 def hysteresis_inverse(model: HysteresisModel) -> Fields:
     """Fields of the model whose output is this one's input."""
+
+def preisach_everett(mu: Floats) -> Floats:
+    """Everett table (n + 1, n + 1) of weights (n, n)."""
+
+def preisach_mu(everett: Floats) -> Floats:
+    """Weights (n, n) of an Everett table (n + 1, n + 1)."""
+
+def preisach_identify(
+    x: Floats,
+    y: Floats,
+    levels: Floats | None,
+    counts: Sequence[int],
+    ridge: float,
+    smooth: float,
+    start: str,
+    offset: bool,
+) -> tuple[Fields, Fields]:
+    """Fields of `Preisach` with `mu` flat, and of `Identified`."""
+
+def hysteresis_forc(x: Floats, y: Floats) -> Fields:
+    """Fields of `Forc`, tables flat, curves as rows from and to."""
+
+def creep_identify(
+    x: Floats,
+    y: Floats,
+    Ts: float,
+    n: int,
+    r: Floats | None,
+    tau: Floats | None,
+    offset: bool,
+) -> tuple[Fields, Fields]:
+    """Fields of `Creep` with `c` flat, and of `Identified`."""
+
+def leak_current(model: ChargeLeak, V: float) -> float:
+    """Return the current through the leak at a voltage."""
+
+def leak_resistance(model: ChargeLeak, i: float) -> float:
+    """Return the leak resistance at a leak current."""
+
+def hysteresis_track(
+    plant: HysteresisModel,
+    r: Floats,
+    one_pass: int,
+    Ts: float,
+    noise: Floats,
+    limits: tuple[float, float],
+    dynamics: Model | None = None,
+    inverse: HysteresisModel | None = None,
+    pid: PID | None = None,
+    cmac: Cmac | None = None,
+) -> Fields:
+    """Fields of `Tracking`, but for `t` and `r`."""
+
+class Cmac:
+    """A function of one signal, learnt while it is used."""
+
+    def __init__(
+        self,
+        range: tuple[float, float],
+        cells: int = 25,
+        layers: int = 8,
+        beta: float = 0.3,
+        dead_zone: float = 0.0,
+    ) -> None: ...
+    def recall(self, s: float) -> float:
+        """Return what was learnt for the signal `s`."""
+
+    def learn(self, target: float) -> None:
+        """Learn what should have come out of the last `recall`."""
+
+    @property
+    def range(self) -> tuple[float, float]: ...
+    @property
+    def cells(self) -> int: ...
+    @property
+    def layers(self) -> int: ...
+    @property
+    def beta(self) -> float: ...
+    @property
+    def dead_zone(self) -> float: ...
+    @property
+    def w(self) -> Floats:
+        """Weights (2, layers, cells + 1): rising, falling."""
+
+    state: Floats
 
 def hysteresis_cycles(x: Floats, band: float | None = None) -> Fields:
     """Rows of turning points and whole cycles, and the band."""

@@ -18,6 +18,7 @@ mod note;
 mod recursive;
 mod signal;
 mod sim;
+mod step_modes;
 mod tune;
 mod validate;
 mod values;
@@ -33,6 +34,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         model::register,
         sim::register,
         batch::register,
+        step_modes::register,
         recursive::register,
         bank::register,
         hysteresis::register,

@@ -5,6 +5,7 @@ from plantune.plot.bode import bode
 from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
+from plantune.plot.forc import forc
 from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.relay import relay
@@ -12,6 +13,7 @@ from plantune.plot.residuals import residuals
 from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
 from plantune.plot.step import step
+from plantune.plot.step_modes import step_modes
 
 __all__ = [
     "adapt",
@@ -19,6 +21,7 @@ __all__ = [
     "closed_loop",
     "compare",
     "delay",
+    "forc",
     "margins",
     "record",
     "relay",
@@ -26,4 +29,5 @@ __all__ = [
     "robustness",
     "rules",
     "step",
+    "step_modes",
 ]

@@ -129,8 +129,9 @@ fn together<S: Simd, const G: usize>(
     x: &[f64],
     sums: &mut [S::f64s],
 ) {
-    let (r, w, mut now): ([S::f64s; G], [S::f64s; G], [S::f64s; G]) =
-        (std::array::from_fn(|g| r[g]), std::array::from_fn(|g| w[g]), std::array::from_fn(|g| z[g]));
+    let r: [S::f64s; G] = std::array::from_fn(|g| r[g]);
+    let w: [S::f64s; G] = std::array::from_fn(|g| w[g]);
+    let mut now: [S::f64s; G] = std::array::from_fn(|g| z[g]);
     for (&x, sum) in x.iter().zip(sums) {
         let x = simd.splat_f64s(x);
         for g in 0..G {

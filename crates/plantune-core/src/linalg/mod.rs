@@ -19,7 +19,7 @@ pub use congruence::congruence;
 pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;
-pub use eigen::{eigenvalues, exponential, symmetric_eigenvalues};
+pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};
 pub use gram::Gram;
 pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};

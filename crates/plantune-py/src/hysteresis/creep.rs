@@ -88,17 +88,19 @@ impl From<ChargeLeakIn> for ChargeLeak {
 
 /// Fields of a fitted model, and how it was found.
 #[pyfunction]
-#[pyo3(signature = (x, y, Ts, n, tau, offset))]
+#[pyo3(signature = (x, y, Ts, n, r, tau, offset))]
+#[allow(clippy::too_many_arguments)] // the settings, by name
 fn creep_identify<'py>(
     py: Python<'py>,
     x: PyReadonlyArray1<'py, f64>,
     y: PyReadonlyArray1<'py, f64>,
     Ts: f64,
     n: usize,
+    r: Option<Vec<f64>>,
     tau: Option<Vec<f64>>,
     offset: bool,
 ) -> Outcome<(CreepOut, IdentifiedOut)> {
-    let settings = CreepSettings { n, tau, Ts, offset };
+    let settings = CreepSettings { r, n, tau, Ts, offset };
     let (x, y) = (x.as_slice().map_err(PyErr::from)?, y.as_slice().map_err(PyErr::from)?);
     let fit = py.detach(|| identify_creep(x, y, &settings))?;
     let how = IdentifiedOut::of(y, &fit.errors, fit.sd, fit.tried);

@@ -86,7 +86,7 @@ fn preisach_mu<'py>(py: Python<'py>, everett: PyReadonlyArray2<'py, f64>) -> Out
 
 /// Fields of a fitted model, and how it was found.
 #[pyfunction]
-#[pyo3(signature = (x, y, levels, counts, ridge, start, offset))]
+#[pyo3(signature = (x, y, levels, counts, ridge, smooth, start, offset))]
 #[allow(clippy::too_many_arguments)] // the settings, by name
 fn preisach_identify<'py>(
     py: Python<'py>,
@@ -95,10 +95,11 @@ fn preisach_identify<'py>(
     levels: Option<Vec<f64>>,
     counts: Vec<usize>,
     ridge: f64,
+    smooth: f64,
     start: &str,
     offset: bool,
 ) -> Outcome<(PreisachOut, IdentifiedOut)> {
-    let settings = PreisachSettings { levels, counts, ridge, start: start_of(start)?, offset };
+    let settings = PreisachSettings { levels, counts, ridge, smooth, start: start_of(start)?, offset };
     let (x, y) = (x.as_slice().map_err(PyErr::from)?, y.as_slice().map_err(PyErr::from)?);
     let fit = py.detach(|| identify_preisach(x, y, &settings))?;
     let how = IdentifiedOut::of(y, &fit.errors, fit.sd, fit.tried);

@@ -2,8 +2,21 @@
 
 from plantune.models.hysteresis.bouc_wen import BoucWen
 from plantune.models.hysteresis.bouc_wen_force import BoucWenForce
+from plantune.models.hysteresis.creep import ChargeLeak, Creep, CreepInverse
 from plantune.models.hysteresis.maxwell_slip import MaxwellSlip
 from plantune.models.hysteresis.play_stack import PlayStack
+from plantune.models.hysteresis.preisach import Preisach, PreisachInverse
 from plantune.models.hysteresis.series_slip import SeriesSlip
 
-__all__ = ["BoucWen", "BoucWenForce", "MaxwellSlip", "PlayStack", "SeriesSlip"]
+__all__ = [
+    "BoucWen",
+    "BoucWenForce",
+    "ChargeLeak",
+    "Creep",
+    "CreepInverse",
+    "MaxwellSlip",
+    "PlayStack",
+    "Preisach",
+    "PreisachInverse",
+    "SeriesSlip",
+]

@@ -6,9 +6,9 @@
 //!     = V / sqrt(R^2 - (a V)^2),   |V| < R/a
 //! ```
 //!
-//! The current is held over a sample. Around the charge at its start the leak is a straight line, and then
-//! `q <- q + (1 - e^(-g Ts))/g (i_t - i_l)` with `g = d i_l/d q` is exact; what is left of the curve goes by one whole
-//! and two half steps, `(4 q_half - q_whole)/3`. With `a = 0` the leak is a resistor, and all steps are exact.
+//! The current is held over a sample. Around the charge at its start the leak is a straight line of slope `g`, and
+//! then `q <- q + (1 - e^(-g h))/g (i_t - i_l)` is exact after `h`; what the curve adds to the line, `rho`, decays at
+//! the same rate and is summed by Simpson's rule. With `a = 0` the leak is a resistor, and `rho` is 0.
 
 use super::super::{Operator, copy_state};
 use super::check_Ts;
@@ -64,20 +64,27 @@ impl ChargeLeak {
         if rest > 0.0 { V / rest.sqrt() } else { f64::INFINITY.copysign(V) }
     }
 
-    /// Charge after `h` seconds of the current `i`, along the tangent of the leak.
-    fn along(&self, q: f64, i: f64, h: f64) -> f64 {
-        let most = if self.a > 0.0 { NEAREST * self.R / self.a } else { f64::INFINITY };
-        let V = (q / self.C).clamp(-most, most);
+    /// Charge after a sample of the current `i`.
+    fn after(&self, q: f64, i: f64) -> f64 {
+        let (h, leak) = (self.Ts, self.leak_of(q));
+        let V = self.within(q);
         let rest = (self.R - self.a * V) * (self.R + self.a * V);
         // d i_l/d q = R^2 / rest^(3/2) / C
         let g = self.R / rest * (self.R / rest.sqrt()) / self.C;
-        q - (-g * h).exp_m1() / g * (i - self.leak(V))
+        let along = |h: f64| q - (-g * h).exp_m1() / g * (i - leak);
+        let rho = |p: f64| self.leak_of(p) - leak - g * (p - q);
+        let (half, whole) = (along(0.5 * h), along(h));
+        whole - h / 6.0 * (4.0 * rho(half) * (-0.5 * g * h).exp() + rho(whole))
     }
 
-    fn after(&self, q: f64, i: f64) -> f64 {
-        let whole = self.along(q, i, self.Ts);
-        let half = self.along(self.along(q, i, 0.5 * self.Ts), i, 0.5 * self.Ts);
-        (4.0 * half - whole) / 3.0
+    fn leak_of(&self, q: f64) -> f64 {
+        self.leak(self.within(q))
+    }
+
+    /// Voltage of a charge, short of where the leak takes any current.
+    fn within(&self, q: f64) -> f64 {
+        let most = if self.a > 0.0 { NEAREST * self.R / self.a } else { f64::INFINITY };
+        (q / self.C).clamp(-most, most)
     }
 }
 

@@ -6,8 +6,7 @@
 //! r_i = i max|x| / n            tau_k evenly spaced in log t from 4 Ts to half the record
 //! ```
 //!
-//! How many time constants the record supports is judged on the half of the rows not used: the fewest that come
-//! within 5 % of the best.
+//! How many time constants there are is judged on the half of the rows not used.
 
 use super::{Creep, Creeping, check_Ts};
 use crate::error::{Error, Result};
@@ -17,13 +16,12 @@ use crate::linalg::{Block, Triangle, nnls, solve};
 /// Pivots below this share of the largest do not count.
 const TOLERANCE: f64 = 1e-12;
 
-/// Fewer time constants are taken where the best are better by less than this.
-const TIE: f64 = 1.05;
-
 /// How to fit.
 #[derive(Clone, Debug)]
 pub struct CreepSettings {
-    /// Number of plays.
+    /// Half widths of the plays; or none, and then `n`.
+    pub r: Option<Vec<f64>>,
+    /// Number of plays, evenly spaced up to the largest `|x|`.
     pub n: usize,
     /// Time constants, s; or none, and then as many as the record supports.
     pub tau: Option<Vec<f64>>,
@@ -49,7 +47,8 @@ pub struct CreepFit {
 /// Fits the model to a record that begins at rest at 0.
 pub fn identify_creep(x: &[f64], y: &[f64], settings: &CreepSettings) -> Result<CreepFit> {
     let most = check(x, y, settings)?;
-    let r: Vec<f64> = (0..settings.n).map(|i| i as f64 * most / settings.n as f64).collect();
+    let even = || (0..settings.n).map(|i| i as f64 * most / settings.n as f64).collect();
+    let r: Vec<f64> = settings.r.clone().unwrap_or_else(even);
     let mut tried = Vec::new();
     let tau = match &settings.tau {
         Some(tau) => tau.clone(),
@@ -59,8 +58,7 @@ pub fn identify_creep(x: &[f64], y: &[f64], settings: &CreepSettings) -> Result<
                 let (model, _) = fit(&x[..half], &y[..half], &r, &tau, settings)?;
                 tried.push((tau, rms(&errors(&model, x, y)[half..])));
             }
-            let best = tried.iter().fold(f64::INFINITY, |best, t| best.min(t.1));
-            tried.iter().find(|t| t.1 <= TIE * best).map_or(Vec::new(), |t| t.0.clone())
+            tried.iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(Vec::new(), |best| best.0.clone())
         }
     };
     let (model, sd) = fit(x, y, &r, &tau, settings)?;
@@ -74,7 +72,7 @@ fn check(x: &[f64], y: &[f64], settings: &CreepSettings) -> Result<f64> {
     if x.len() != y.len() {
         return Err(Error::argument("y", format!("of {} rows", y.len()), &format!("of {}, as `x`", x.len())));
     }
-    if settings.n == 0 {
+    if settings.r.is_none() && settings.n == 0 {
         return Err(Error::argument("n", 0, "1 or more"));
     }
     if x.len() < 20 {

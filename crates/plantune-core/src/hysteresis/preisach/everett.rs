@@ -10,8 +10,11 @@
 //! on the diagonal should: E proportional to `alpha - beta`. Mayergoyz, Mathematical Models of Hysteresis and Their
 //! Applications, 2003, chapter 1.
 
-/// Buckets per cell, which say where to begin to look for a level.
+/// Buckets per cell of an uneven grid, which say where to begin to look for a level.
 const BUCKETS: usize = 4;
+
+/// Levels nearer to an even grid than this share of their range are even.
+const EVEN: f64 = 1e-13;
 
 /// Table of E and its grid.
 #[derive(Clone, Debug)]
@@ -19,8 +22,8 @@ pub struct Everett {
     levels: Vec<f64>, // (n + 1)
     table: Vec<f64>,  // (n + 1, n + 1), E(L_i, L_j) at row j, column i
     per_gap: Vec<f64>,
-    first: Vec<u32>,
-    per_bucket: f64,
+    first: Vec<u32>, // of each bucket its first cell; empty where the grid is even
+    per_bucket: f64, // per cell where the grid is even
 }
 
 /// A place on the grid: a cell, and the share of it below.
@@ -43,11 +46,17 @@ impl Everett {
             }
         }
         let range = levels[n] - levels[0];
-        let buckets = BUCKETS * n;
+        let even = |k: usize| levels[0] + range * k as f64 / n as f64;
+        let buckets =
+            if (0..=n).all(|k| (levels[k] - even(k)).abs() <= EVEN * range) { 0 } else { BUCKETS * n };
         let edge = |b: usize| levels[0] + range * b as f64 / buckets as f64;
-        let first = (0..buckets).map(|b| cell_of(levels, edge(b)) as u32).collect();
-        let per_gap = levels.windows(2).map(|l| 1.0 / (l[1] - l[0])).collect();
-        Everett { levels: levels.to_vec(), table, per_gap, first, per_bucket: buckets as f64 / range }
+        Everett {
+            levels: levels.to_vec(),
+            table,
+            per_gap: levels.windows(2).map(|l| 1.0 / (l[1] - l[0])).collect(),
+            first: (0..buckets).map(|b| cell_of(levels, edge(b)) as u32).collect(),
+            per_bucket: if buckets == 0 { n } else { buckets } as f64 / range,
+        }
     }
 
     /// Lowest and highest level.
@@ -63,8 +72,12 @@ impl Everett {
     /// Where `x` is.
     #[inline(always)]
     pub fn locate(&self, x: f64) -> Spot {
-        let bucket = ((x - self.levels[0]) * self.per_bucket) as usize;
-        let mut cell = self.first[bucket.min(self.first.len() - 1)] as usize;
+        let place = (x - self.levels[0]) * self.per_bucket;
+        if self.first.is_empty() {
+            let cell = (place as usize).min(self.levels.len() - 2);
+            return Spot { cell, share: place - cell as f64 };
+        }
+        let mut cell = self.first[(place as usize).min(self.first.len() - 1)] as usize;
         while cell + 2 < self.levels.len() && x >= self.levels[cell + 1] {
             cell += 1;
         }
