@@ -312,6 +312,34 @@ def test_a_wall_between_two_weathers_has_no_step(data):
         assert refused.value.code == "X01" and "estimate.arx" in refused.value.remedy
 
 
+def test_a_long_record_is_looked_at_in_means():
+    t = 40 / 200_000 * np.arange(200_000)
+    found = pt.estimate.idt(on_its_step(t, noisy(response_16(t), 0.01, 0)))
+    assert found.N == 10_000 and "M09" in {n.code for n in found.notes}
+    assert np.all(np.abs(np.log(found.T / T_16)) < [4 * m.T_sd / m.T for m in found.modes])
+    assert found.kinds == ("lag", "lag", "lag")
+
+
+def test_an_input_that_is_measured_may_be_noisy():
+    t = times(0.1, 40)
+    clean = from_rest(t, response_16(t))
+    u = clean.u[:, 0] + 0.01 * np.random.default_rng(1).normal(size=clean.N)
+    found = pt.estimate.idt(pt.Record(u=u, y=noisy(clean.y[:, 0], 1e-3, 2), Ts=0.1))
+    assert found.order == 3 and found.gain == approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("y", [times(0.1, 40), np.exp(times(0.1, 40) / 10)])
+def test_what_goes_on_for_ever_has_no_time_constant(y):
+    with pytest.raises(pt.NotIdentifiable, match="no time constant can be told"):
+        pt.estimate.idt(on_its_step(times(0.1, 40), y))
+
+
+def test_stairs_of_a_quantiser_are_no_modes():
+    t = times(0.1, 40)
+    found = pt.estimate.idt(on_its_step(t, np.round(-np.expm1(-t / 5), 1)))
+    assert found.kinds == ("lag",)
+
+
 def step_in(y, row=20):
     return pt.Record(u=np.repeat([0.0, 1.0], [row, len(y) - row]), y=y, Ts=0.1)
 

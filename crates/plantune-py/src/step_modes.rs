@@ -96,7 +96,6 @@ struct TriedOut {
 
 fn out<'py>(py: Python<'py>, rec: &Record, found: StepModes) -> PyResult<StepModesOut<'py>> {
     let n = found.theta.len();
-    let y = rec.output(0);
     let (low, high) = batch::band(&found.curve.0, &found.curve.1);
     let (parts, points) = (found.parts.y.concat(), found.parts.t.len());
     let (parts_low, parts_high) = batch::band(&parts, &found.parts.sd.concat());
@@ -136,8 +135,8 @@ fn out<'py>(py: Python<'py>, rec: &Record, found: StepModes) -> PyResult<StepMod
         N: found.N,
         loss: found.loss,
         status: found.status.as_str(),
-        t: array(py, found.rows.iter().map(|&k| rec.time(k)).collect()),
-        y: array(py, found.rows.iter().map(|&k| y[k]).collect()),
+        t: array(py, found.rows.0),
+        y: array(py, found.rows.1),
         curve_band: (array(py, low), array(py, high)),
         curve: array(py, found.curve.0),
         curve_sd: array(py, found.curve.1),

@@ -25,7 +25,7 @@ const PASSES: usize = 3;
 pub fn areas(rec: &Record, step_at: Option<f64>, limits: &Limits) -> Result<Fopdt> {
     super::check_single(rec)?;
     let y = rec.output_held(0);
-    super::check_output(rec, &y, limits)?;
+    super::check_output(rec, &y)?;
     let steps = Steps::of(rec, &y, step_at, limits)?;
     let (Some(row), Some(rest)) = (steps.row, steps.rest.filter(|rest| rest.du != 0.0)) else {
         return Err(Error::new(

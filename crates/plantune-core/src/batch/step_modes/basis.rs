@@ -5,7 +5,7 @@
 //! ```
 //!
 //! On a uniform grid the known rows are doubled: `r(t + n h) = r(t) Phi^n` for all of them at once. On uneven
-//! stamps each interval has its own `Phi`, found again only where the interval changes.
+//! stamps each interval is put together from halves of the longest one, and Taylor's sum for the rest.
 
 use super::sections::Sections;
 use super::sloped::Sloped;
@@ -98,22 +98,54 @@ impl Basis {
 
     fn step(&mut self, A: &Sloped, t: &[f64]) {
         let (k, len) = (self.k, self.len);
-        let (mut h, mut phi) = (0.0, Sloped::zeros(k, k));
+        let longest = t.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+        let strides = Strides::new(A, longest);
+        let mut row = vec![0.0; (1 + k) * k];
+        let mut room = vec![0.0; 2 * row.len()];
+        row[0] = 1.0;
         for n in 1..len {
-            let interval = t[n] - t[n - 1];
-            if (interval - h).abs() > SAME * h {
-                (h, phi) = (interval, A.exponential(interval));
+            strides.advance(&mut row, t[n] - t[n - 1], &mut room);
+            for (pj, x) in row.iter().enumerate() {
+                self.columns[pj * len + n] = *x;
             }
-            for part in 0..=k {
-                for j in 0..k {
-                    let before = |from: usize, l: usize| self.columns[(from * k + l) * len + n - 1];
-                    let by = |from: usize, p: usize| {
-                        (0..k).map(|l| before(from, l) * phi.part(p)[l * k + j]).sum::<f64>()
-                    };
-                    let own = by(part, 0) + if part > 0 { by(0, part) } else { 0.0 };
-                    self.columns[(part * k + j) * len + n] = own;
-                }
+        }
+    }
+}
+
+/// Exponentials over halves of an interval, `e^(A h/2)`, `e^(A h/4)`, …, down to where Taylor's sum is short.
+struct Strides<'a> {
+    A: &'a Sloped,
+    powers: Vec<(f64, Sloped)>,
+}
+
+/// Norm of `A h` below which [`TERMS`] terms are exact to rounding.
+const SHORT: f64 = 1.0 / 16.0;
+
+const TERMS: usize = 9;
+
+impl<'a> Strides<'a> {
+    fn new(A: &'a Sloped, longest: f64) -> Self {
+        let shortest = SHORT / A.norm();
+        let lengths = std::iter::successors(Some(longest), |h| Some(h / 2.0)).take_while(|h| *h > shortest);
+        Strides { A, powers: lengths.map(|h| (h, A.exponential(h))).collect() }
+    }
+
+    /// `row e^(A h)`, slopes as well.
+    fn advance(&self, row: &mut [f64], h: f64, room: &mut [f64]) {
+        let (next, term) = room.split_at_mut(row.len());
+        let mut left = h;
+        for (length, power) in &self.powers {
+            if left >= *length {
+                power.take(row, next);
+                row.copy_from_slice(next);
+                left -= length;
             }
+        }
+        term.copy_from_slice(row);
+        for n in 1..=TERMS {
+            self.A.take(term, next);
+            term.iter_mut().zip(&*next).for_each(|(t, x)| *t = x * left / n as f64);
+            row.iter_mut().zip(&*term).for_each(|(r, t)| *r += t);
         }
     }
 }

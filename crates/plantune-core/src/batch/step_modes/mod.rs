@@ -57,6 +57,9 @@ const MOST_CUTS: usize = 4;
 /// Deviations after which a delay is over.
 const OVER: f64 = 2.0;
 
+/// Travel of y, as a share of its size, that is rounding.
+const STILL: f64 = 1e-13;
+
 /// What may be set.
 #[derive(Clone, Debug)]
 pub struct StepModesOptions {
@@ -76,7 +79,7 @@ pub struct StepModesOptions {
 pub fn step_modes(rec: &Record, options: &StepModesOptions, limits: &Limits) -> Result<StepModes> {
     check(rec, options)?;
     let y = rec.output_held(0);
-    check_output(rec, &y, limits)?;
+    check_output(rec, &y)?;
     let mut steps = Steps::of(rec, &y, options.step_at, limits)?;
     let mut answer = analysed(rec, options, limits, &steps, &y)?;
     for _ in 0..MOST_CUTS {
@@ -204,37 +207,46 @@ fn check_single(rec: &Record) -> Result<()> {
 }
 
 /// An output that stands still has no response.
-fn check_output(rec: &Record, y: &[f64], limits: &Limits) -> Result<()> {
+fn check_output(rec: &Record, y: &[f64]) -> Result<()> {
     let (low, high) = extent(y);
-    if high - low > limits.X01 * low.abs().max(high.abs()) {
+    if high - low > STILL * low.abs().max(high.abs()) {
         return Ok(());
     }
     Err(Error::new("X04", format!("no response: {} stays at {low}", rec.names[1]))
         .at(rec.place(1, 0))
         .count(rec.N())
-        .measured(high - low, limits.X01 * low.abs().max(high.abs()))
+        .measured(high - low, STILL * low.abs().max(high.abs()))
         .remedy("record with a larger step, or check the sensor"))
 }
 
 /// The pieces, scaled, with what a known gain says taken off.
 fn data(rec: &Record, steps: &Steps, scale: &Scale, gain: Option<f64>) -> Data {
     let (y, first) = (rec.output_held(0), steps.responses[0].u);
-    let several = steps.levels() > 1;
+    let (several, each) = (steps.levels() > 1, steps.each());
     let pieces = steps.responses.iter().map(|r| {
-        let rows: Vec<usize> = r.rows.clone().filter(|&k| rec.is_valid(k, 0)).collect();
         let known = known_level(steps, r.u, gain);
+        let scaled = |k: usize| known.map_or(scale.apply(y[k]), |level| (y[k] - level) * scale.factor);
+        let rows: Vec<(f64, f64)> =
+            r.rows.clone().filter(|&k| rec.is_valid(k, 0)).map(|k| (rec.time(k), scaled(k))).collect();
         let shared = match (several, gain) {
             (true, None) => vec![1.0, r.u - first],
             (false, Some(_)) => vec![],
             _ => vec![1.0],
         };
+        let means: Vec<(f64, f64)> = rows.chunks(each).map(mean).collect();
         Piece {
-            t: rows.iter().map(|&k| rec.time(k) - rec.time(rows[0])).collect(),
-            y: rows.iter().map(|&k| known.map_or(scale.apply(y[k]), |l| (y[k] - l) * scale.factor)).collect(),
+            first: means[0].0,
+            t: means.iter().map(|m| m.0 - means[0].0).collect(),
+            y: means.iter().map(|m| m.1).collect(),
             shared,
         }
     });
     Data::new(pieces.collect())
+}
+
+fn mean(rows: &[(f64, f64)]) -> (f64, f64) {
+    let n = rows.len() as f64;
+    (rows.iter().map(|r| r.0).sum::<f64>() / n, rows.iter().map(|r| r.1).sum::<f64>() / n)
 }
 
 /// The part of the level that a known gain gives: all of it with one level of the input, else its moves.

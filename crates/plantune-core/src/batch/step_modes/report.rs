@@ -5,8 +5,9 @@ use super::delay::Curve;
 use super::deviations::{Candidate, widening};
 use super::order::{KNOWN, Kind, MARGIN, Mode, bic, colour, favoured, modes};
 use super::parts::{POINTS, parts, splits};
-use super::search::Projection;
+use super::search::{Piece, Projection};
 use super::sections::Sections;
+use super::steps::Response;
 use super::zeros::numerator;
 use crate::batch::fit::Status;
 use crate::error::{Error, Result};
@@ -14,8 +15,11 @@ use crate::linalg::{Complex, congruence};
 use crate::model::{ProcessModel, TransferFunction};
 use crate::note::{Note, Place, rounded};
 use crate::poly::{product, roots};
-use crate::record::{Record, Scale};
+use crate::record::Record;
 use crate::stats::normal_quantile;
+
+/// Records that a time constant may last, to be told from a ramp.
+const LONGEST: f64 = 5.0;
 
 /// Time constants that a record must last after the step.
 const SETTLED: f64 = 3.0;
@@ -86,9 +90,9 @@ pub struct StepModes {
     pub loss: f64,
     /// How the search ended.
     pub status: Status,
-    /// Rows used, in the record.
-    pub rows: Vec<usize>,
-    /// The curve at these rows, and its standard deviation.
+    /// Times on the record's clock and outputs used; of long responses means of some rows.
+    pub rows: (Vec<f64>, Vec<f64>),
+    /// The curve at these, and its standard deviation.
     pub curve: (Vec<f64>, Vec<f64>),
     /// What each mode adds.
     pub parts: Parts,
@@ -112,21 +116,25 @@ struct Choice {
 }
 
 pub(super) fn report(study: &Study) -> Result<StepModes> {
-    let choice = choose(study.rec, study.options.order, &study.all, &study.scale)?;
+    let choice = choose(study)?;
     let answer = Answer { study, c: &study.all[choice.order], wide: widening(choice.colour) };
     answer.told(choice)
 }
 
 /// BIC, then down to the first order whose modes are known; an order that is asked for is kept, with a note.
-fn choose(rec: &Record, asked: Option<usize>, all: &[Candidate], scale: &Scale) -> Result<Choice> {
+fn choose(study: &Study) -> Result<Choice> {
+    let Study { rec, data, all, scale, .. } = study;
+    let asked = study.options.order;
     let r = colour(all);
     let bics: Vec<f64> = all.iter().map(|c| bic(c, r)).collect();
     let top = favoured(&bics);
+    let slowest = LONGEST * data.longest().t.last().copied().unwrap_or(0.0);
     let worst = |k: usize| {
         let modes = modes(&all[k], r);
-        modes.into_iter().max_by(|a, b| a.sd().total_cmp(&b.sd()))
+        let doubt = |mode: &Mode| if mode.T < slowest { mode.sd() } else { f64::INFINITY };
+        modes.into_iter().max_by(|a, b| doubt(a).total_cmp(&doubt(b)))
     };
-    let unknown = |k: usize| worst(k).filter(|mode| !(mode.sd() < KNOWN));
+    let unknown = |k: usize| worst(k).filter(|mode| !(mode.sd() < KNOWN && mode.T < slowest));
     let supported = (1..=top).rev().find(|&k| unknown(k).is_none()).unwrap_or(0);
     let order = asked.unwrap_or(supported);
     if order == 0 {
@@ -181,6 +189,9 @@ fn why_not(unknown: &impl Fn(usize) -> Option<Mode>, order: usize, top: usize) -
 
 /// What is not known of a mode.
 fn described(mode: &Mode) -> String {
+    if mode.sd() < KNOWN {
+        return format!("T {} s is beyond {LONGEST} times the record", rounded(mode.T));
+    }
     let (what, sd) = match mode.zeta {
         Some((zeta, sd)) if sd > mode.sd_ln_T => (format!("zeta {} of a pair", rounded(zeta)), sd),
         _ => (format!("T {} s", rounded(mode.T)), mode.sd_ln_T),
@@ -352,7 +363,7 @@ impl Answer<'_> {
     /// The delay, and by how many the poles exceed the zeros.
     fn delay(&self) -> Option<(Known, usize)> {
         let (row, y0) = (self.study.steps.row?, self.scaled_rest()?);
-        let back = self.study.rec.time(row) - self.study.rec.time(self.study.steps.responses[0].rows.start);
+        let back = self.study.rec.time(row) - self.study.data.pieces[0].first;
         let curve = Curve::new(self.c, &self.study.data.pieces[0].shared, y0, self.at_rest());
         let begin = curve.begin(back, |i, j| self.entry(i, j));
         Some((Known { value: begin.t - back, gradient: begin.gradient }, begin.conditions))
@@ -362,7 +373,7 @@ impl Answer<'_> {
     fn numerator(&self, L: f64, excess: usize) -> Option<(Vec<f64>, Vec<f64>)> {
         let (row, y0) = (self.study.steps.row?, self.scaled_rest()?);
         let (c, k, m) = (self.c, self.c.order(), self.study.data.shared());
-        let t = self.study.rec.time(row) + L - self.study.rec.time(self.study.steps.responses[0].rows.start);
+        let t = self.study.rec.time(row) + L - self.study.data.pieces[0].first;
         let shared = &self.study.data.pieces[0].shared;
         let of = |p: &[f64]| {
             let sections = Sections { pattern: c.sections.pattern.clone(), q: p[..k].to_vec() };
@@ -405,7 +416,7 @@ impl Answer<'_> {
         let place = |i: usize| if i < k { i } else { c.states(0) + i - k };
         let sd = |j: usize| self.sd(&(0..p.len()).map(|i| (place(i), slopes[i][j])).collect::<Vec<_>>()) / f;
         let by_mode = |x: Vec<f64>| x.chunks_exact(POINTS).map(<[f64]>::to_vec).collect::<Vec<_>>();
-        let first = self.study.rec.time(self.study.steps.responses[0].rows.start);
+        let first = self.study.data.pieces[0].first;
         Some(Parts {
             t: (0..POINTS).map(|i| first + end * i as f64 / (POINTS - 1) as f64).collect(),
             sd: by_mode((0..values.len()).map(sd).collect()),
@@ -442,9 +453,15 @@ impl Answer<'_> {
         Some(TransferFunction { num: num.iter().map(|b| K * b).collect(), den, L }.into())
     }
 
-    fn rows(&self) -> Vec<usize> {
-        let valid = |k: &usize| self.study.rec.is_valid(*k, 0);
-        self.study.steps.responses.iter().flat_map(|r| r.rows.clone()).filter(valid).collect()
+    fn rows(&self) -> (Vec<f64>, Vec<f64>) {
+        let pieces = self.study.data.pieces.iter().zip(&self.study.steps.responses);
+        let of = |(piece, r): (&Piece, &Response)| {
+            let known = super::known_level(self.study.steps, r.u, self.study.options.gain);
+            let zero = known.unwrap_or(self.study.scale.zero);
+            let row = |(t, y): (&f64, &f64)| (piece.first + t, zero + y / self.study.scale.factor);
+            piece.t.iter().zip(&piece.y).map(row).collect::<Vec<_>>()
+        };
+        pieces.flat_map(of).unzip()
     }
 
     /// The fitted curve at the rows used, and its standard deviation.
@@ -504,6 +521,12 @@ impl Answer<'_> {
                     .at(rec.place(1, self.study.steps.row.unwrap_or(0)))
                     .remedy("record at least three rows at rest before the step"),
             );
+        }
+        let each = self.study.steps.each();
+        if each > 1 {
+            let text =
+                format!("{} means of {each} rows each are looked at: the record is sampled finely", c.N);
+            notes.push(Note::info("M09", text).count(c.N));
         }
         if !c.converged {
             notes.push(

@@ -20,7 +20,9 @@ use crate::stats::median;
 /// Rows after one change of the input.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
-    /// Stamps from its first row, s.
+    /// Time of its first row on the record's clock, s.
+    pub(super) first: f64,
+    /// Stamps from there, s.
     pub(super) t: Vec<f64>,
     /// Output, scaled.
     pub(super) y: Vec<f64>,

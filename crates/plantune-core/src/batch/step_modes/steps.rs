@@ -24,6 +24,9 @@ const MOVE: f64 = 0.1;
 /// Most steps of a record of step responses.
 const MOST_STEPS: usize = 12;
 
+/// Most rows of a response that are looked at one by one.
+const MOST_ROWS: usize = 10_000;
+
 /// Rows together outside of the band.
 const RUN: usize = 3;
 
@@ -161,11 +164,16 @@ impl Steps {
         let Some(row) = self.row else { return };
         let Some(segment) = rec.segments().find(|s| s.contains(&row)) else { return };
         let u = rec.input(0);
-        let first = (segment.start..row).rev().find(|&k| u[k] != u[row - 1]).map_or(segment.start, |k| k + 1);
+        let (low, high) = extent(&u);
+        let first = (segment.start..row)
+            .rev()
+            .find(|&k| (u[k] - u[row - 1]).abs() > MOVE * (high - low))
+            .map_or(segment.start, |k| k + 1);
         if row - first < LEAST_REST || !at_rest(y, &(first..self.responses[0].rows.end), row) {
             return;
         }
-        self.rest = Some(Rest::of(y, first..row, self.responses[0].u - u[row - 1]));
+        let before = u[first..row].iter().sum::<f64>() / (row - first) as f64;
+        self.rest = Some(Rest::of(y, first..row, self.responses[0].u - before));
     }
 
     /// The same from an earlier row on, `delay` seconds after each step; None where that is no earlier.
@@ -176,6 +184,13 @@ impl Steps {
         let mut responses = self.responses.clone();
         responses.iter_mut().for_each(|r| r.rows.start -= self.skip - skip);
         Some(Steps { responses, skip, ..*self })
+    }
+
+    /// Rows that are averaged into one: modes are slow beside a ten thousandth of the record, and their block means
+    /// decay as they do.
+    pub(super) fn each(&self) -> usize {
+        let longest = self.responses.iter().map(|r| r.rows.len()).max().unwrap_or(0);
+        longest.div_ceil(MOST_ROWS).max(1)
     }
 
     /// The first response alone.
