@@ -1,11 +1,21 @@
 """Hysteresis: models, operators sample by sample, inverses, identification."""
 
-from plantune._core import SeriesSlipLearner, Stream
+from plantune._core import PlayLearner, SeriesSlipLearner, Stream
 from plantune.hysteresis.cycles import Cycles, Repeatability, cycles, repeatability
-from plantune.models.hysteresis import PlayStack, SeriesSlip
+from plantune.models.hysteresis import (
+    AsymmetricInverse,
+    AsymmetricStack,
+    EvenStack,
+    PlayStack,
+    SeriesSlip,
+)
 
 __all__ = [
+    "AsymmetricInverse",
+    "AsymmetricStack",
     "Cycles",
+    "EvenStack",
+    "PlayLearner",
     "PlayStack",
     "Repeatability",
     "SeriesSlip",
