@@ -24,7 +24,7 @@ _TRIED = {
 }
 """Numbers of plays from which rows not used choose."""
 
-_USUAL = {"symmetric": _TRIED["symmetric"], "asymmetric": (20,), "even": (10,)}
+_USUAL = {"symmetric": _TRIED["symmetric"], "asymmetric": (30,), "even": (10,)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,7 +84,7 @@ class PlayStack(HysteresisModel):
         asymmetric: bool = False,
         even: bool = False,
         r: ArrayLike | None = None,
-        segments: int = 12,
+        segments: int = 16,
         offset: bool = True,
         skip: int = 0,
     ) -> PlayStack | AsymmetricStack | EvenStack:
@@ -96,7 +96,7 @@ class PlayStack(HysteresisModel):
             Input and output, at least 20 rows.
         n : int, sequence of int or "auto", optional
             Number of plays, on evenly spaced half widths `i max|x| / n`; of several, rows not used
-            choose.  By default "auto"; 20 with `asymmetric`, 10 on each side with `even`.
+            choose.  By default "auto"; 30 with `asymmetric`, 10 on each side with `even`.
         asymmetric : bool
             Fit `S(H[x])`, for branches that differ in shape.
         even : bool
@@ -116,7 +116,7 @@ class PlayStack(HysteresisModel):
         -------
         PlayStack, AsymmetricStack with `asymmetric`, or EvenStack with `even`
             Weights are not negative, but for `even`.  `identified.tried` holds the rms error of
-            each number of plays over ten blocks of rows, each predicted by the fit to the nine
+            each number of plays over ten parts of the rows, each predicted by the fit to the nine
             others; the fewest plays that come within 5 % of the best are taken.  Notes: H01 weights
             at zero, H02 the loop runs clockwise (`MaxwellSlip`), H03 too few turning points, H05
             segments without a slope of their own.  Where x later goes beyond what was fitted,
@@ -130,7 +130,7 @@ class PlayStack(HysteresisModel):
             x and y of different lengths (D09).
         NotIdentifiable
             x does not move (X01) or too little to tell the plays apart (X02); too few rows (X03);
-            rows not used are predicted worse than by a constant (X04).
+            half of the rows not used are predicted no better than by a constant (X04).
 
         Notes
         -----

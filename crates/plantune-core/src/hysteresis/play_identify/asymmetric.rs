@@ -5,7 +5,7 @@
 //! sum w_i z_i + c - sum_(k != middle) s_k seg_k(y) = seg_middle(y)              w >= 0, s >= 0
 //! ```
 //!
-//! METHODS 4. A segment whose slope comes out as zero would make S jump: it takes the slope of its neighbour towards
+//! METHODS 4. A segment whose slope comes out as zero, or a hundred times below the others', would make S jump: it takes the slope of its neighbour towards
 //! the middle, and the fit is made again.
 
 use std::ops::Range;
@@ -16,9 +16,13 @@ use crate::hysteresis::play_states::States;
 use crate::hysteresis::{AsymmetricStack, DeadZones, Model, PlayStack};
 use crate::linalg::{Triangle, nnls};
 
+/// Slope of `S'`, as a share of the median, from which on a segment stands by itself.
+const FLAT: f64 = 0.01;
+
 pub(super) struct Asymmetric {
     states: States,
     kappa: Vec<f64>, // inner bounds of the segments
+    skipped: usize,  // segments that y skips
     offset: bool,
 }
 
@@ -26,7 +30,15 @@ impl Asymmetric {
     pub(super) fn new(r: Vec<f64>, y: &[f64], segments: usize, offset: bool) -> Self {
         let (low, high) = y.iter().fold((f64::INFINITY, -f64::INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
         let bound = |k: usize| low + (high - low) * k as f64 / segments as f64;
-        Asymmetric { states: States::new(r), kappa: (1..segments).map(bound).collect(), offset }
+        let mut kappa: Vec<f64> = Vec::new();
+        for bound in (1..segments).map(bound) {
+            // A segment that y skips has no slope of its own.
+            let from = kappa.last().copied().unwrap_or(-f64::INFINITY);
+            if y.iter().any(|y| (from..bound).contains(y)) {
+                kappa.push(bound);
+            }
+        }
+        Asymmetric { states: States::new(r), skipped: segments - 1 - kappa.len(), kappa, offset }
     }
 
     fn n(&self) -> usize {
@@ -97,7 +109,7 @@ impl Family for Asymmetric {
             let found = nnls(&grouped, &columns, &free, n + m, &[]);
             let mut s = found.x[n..n + m - 1].to_vec();
             s.insert(middle, 1.0);
-            if let Some(flat) = s.iter().position(|s| *s <= 0.0) {
+            if let Some(flat) = flattest(&s, middle) {
                 let into = if flat < middle { flat + 1 } else { flat - 1 };
                 groups[into] =
                     groups[flat].start.min(groups[into].start)..groups[flat].end.max(groups[into].end);
@@ -111,7 +123,7 @@ impl Family for Asymmetric {
             let sd = deviations_of_slopes(&all, &s, middle, n, &zones);
             let plays = PlayStack::virgin(self.states.r.clone(), found.x[..n].to_vec(), 0.0);
             let names = numbered("w", n).chain(numbered("slope", m)).chain(["offset".to_owned()]).collect();
-            let merged = self.segments() - m;
+            let merged = self.skipped + self.segments() - m;
             return Ok(Fitted {
                 model: Model::Asymmetric(AsymmetricStack { plays, zones }),
                 names,
@@ -120,6 +132,15 @@ impl Family for Asymmetric {
             });
         }
     }
+}
+
+/// The segment that would make S jump, if there is one.
+fn flattest(s: &[f64], middle: usize) -> Option<usize> {
+    let mut sorted = s.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let least = FLAT * sorted[s.len() / 2];
+    let others = (0..s.len()).filter(|k| *k != middle);
+    others.min_by(|a, b| s[*a].total_cmp(&s[*b])).filter(|k| s[*k] <= least)
 }
 
 /// From those of w, of the slopes of `S'` without the middle one, and of c: those of w, of the slopes of S, of `S(0)`.

@@ -1,10 +1,9 @@
 //! What a record leaves in doubt about a stack of plays.
 
-use super::Form;
+use super::{Form, HeldOut, PARTS};
 use crate::error::{Error, Result};
-use crate::hysteresis::misfit::rms;
 use crate::hysteresis::{Model, cycles};
-use crate::note::{Note, rounded};
+use crate::note::Note;
 
 /// Area of a loop, as a share of its box, from which its sense is told.
 const OPEN: f64 = 0.01;
@@ -12,11 +11,14 @@ const OPEN: f64 = 0.01;
 /// Inner turning points that show plays at work.
 const TURNS: usize = 2;
 
-/// Refuses a fit that predicts rows not used worse than a constant does.
-pub(super) fn refuse_what_predicts_nothing(x: &[f64], y: &[f64], held_out: f64, form: Form) -> Result<()> {
-    let mean = y.iter().sum::<f64>() / y.len() as f64;
-    let constant = rms(&y.iter().map(|y| y - mean).collect::<Vec<_>>());
-    if held_out < constant {
+/// Refuses a fit that predicts half of the rows not used worse than a constant does.
+pub(super) fn refuse_what_predicts_nothing(
+    x: &[f64],
+    y: &[f64],
+    held_out: &HeldOut,
+    form: Form,
+) -> Result<()> {
+    if 2 * held_out.lost < PARTS {
         return Ok(());
     }
     let remedy = match form {
@@ -26,8 +28,8 @@ pub(super) fn refuse_what_predicts_nothing(x: &[f64], y: &[f64], held_out: f64, 
         }
         _ => "record x and y of the same rows, from the virgin state; of a butterfly loop take `even=True`",
     };
-    Err(Error::new("X04", "the fit predicts rows not used worse than a constant")
-        .measured(rounded(held_out), rounded(constant))
+    Err(Error::new("X04", "the fit predicts rows not used no better than a constant")
+        .measured(held_out.lost as f64 / PARTS as f64, 0.5)
         .remedy(remedy))
 }
 

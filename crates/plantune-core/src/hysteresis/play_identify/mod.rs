@@ -6,23 +6,26 @@
 //! even         min over w, v, O               sum (y - O - sum w_i z_i - sum v_j play(|x|; s_j))^2
 //! ```
 //!
-//! The states `z_i` depend on x alone, so that any rows may be left out. The record is cut into ten blocks, each is
-//! predicted by the fit to the nine others, and the fewest plays that come within 5 % of the best are taken. What
-//! the columns cannot tell apart is refused; a fit that predicts the blocks worse than a constant is, too.
+//! The states `z_i` depend on x alone, so that any rows may be left out. The record is cut into thirty pieces, dealt
+//! in turn to ten parts; each part is predicted by the fit to the nine others, and the fewest plays that come within
+//! 5 % of the best are taken. What the columns cannot tell apart is refused; a fit that predicts half of the parts
+//! worse than a constant is, too.
 
 mod asymmetric;
 mod doubts;
 mod even;
 mod symmetric;
 
-use super::misfit::rms;
 use super::{Model, PlayStack};
 use crate::error::{Error, Result};
 use crate::linalg::{Block, NonNegative, Triangle, solve};
 use crate::note::{Note, rounded};
 
 /// Parts of the record, each predicted from the others.
-const BLOCKS: usize = 10;
+const PARTS: usize = 10;
+
+/// Pieces of which a part is made.
+const PIECES: usize = 3;
 
 /// Fewer plays are taken where the best are better by less than this.
 const TIE: f64 = 1.05;
@@ -85,17 +88,17 @@ pub fn identify_plays(x: &[f64], y: &[f64], settings: &PlaySettings) -> Result<P
     let mut refusal = None;
     for &n in counts {
         match judged(x, y, settings.family(n, most, y).as_mut(), settings.skip) {
-            Ok((rms, fitted)) => found.push((n, rms, fitted)),
+            Ok(fitted) => found.push((n, fitted)),
             Err(error) => refusal = refusal.or(Some(error)),
         }
     }
-    let best = found.iter().fold(f64::INFINITY, |best, f| best.min(f.1));
-    let tried: Vec<(usize, f64)> = found.iter().map(|(n, rms, _)| (*n, *rms)).collect();
-    let Some((_, held_out, fitted)) = found.into_iter().find(|f| f.1 <= TIE * best) else {
+    let best = found.iter().fold(f64::INFINITY, |best, (_, f)| best.min(f.held_out.rms));
+    let tried: Vec<(usize, f64)> = found.iter().map(|(n, f)| (*n, f.held_out.rms)).collect();
+    let Some((_, judged)) = found.into_iter().find(|(_, f)| f.held_out.rms <= TIE * best) else {
         return Err(refusal.unwrap_or_else(|| Error::argument("n", "no number", "1 or more")));
     };
-    doubts::refuse_what_predicts_nothing(x, &y[settings.skip..], held_out, settings.form)?;
-    let Fitted { model, names, sd, merged } = fitted;
+    doubts::refuse_what_predicts_nothing(x, &y[settings.skip..], &judged.held_out, settings.form)?;
+    let Fitted { model, names, sd, merged } = judged.fitted;
     let errors = errors(&model, x, y)?.split_off(settings.skip);
     let notes = doubts::doubts(&model, x, y, merged);
     Ok(PlayFit { errors, model, names, sd, tried, notes })
@@ -167,49 +170,75 @@ impl PlaySettings {
     }
 }
 
-/// The rms error of blocks predicted from the others, and the fit to all.
-fn judged(x: &[f64], y: &[f64], family: &mut dyn Family, skip: usize) -> Result<(f64, Fitted)> {
-    let blocks = triangles(x, y, family, skip);
+/// The fit to all rows, and how rows not used are predicted.
+struct Judged {
+    fitted: Fitted,
+    held_out: HeldOut,
+}
+
+/// Errors of parts predicted from the others.
+struct HeldOut {
+    rms: f64,
+    /// Parts that a constant predicts better.
+    lost: usize,
+}
+
+fn judged(x: &[f64], y: &[f64], family: &mut dyn Family, skip: usize) -> Result<Judged> {
     let used = x.len() - skip;
-    let all = joined(&blocks, BLOCKS);
     if used <= family.width() {
         let text = format!("{used} rows for {} unknowns", family.width() - 1);
         return Err(Error::new("X03", text).remedy("record more rows, or ask for fewer plays"));
     }
+    let parts = triangles(x, y, family, skip);
+    let all = joined(&parts, PARTS);
     family.check(&all)?;
-    let mut e = Vec::with_capacity(used);
-    for b in 0..BLOCKS {
-        let rows = skip + b * used / BLOCKS..skip + (b + 1) * used / BLOCKS;
-        let fitted = family.fit(&joined(&blocks, b), used - rows.len())?;
-        e.extend_from_slice(&errors(&fitted.model, &x[..rows.end], &y[..rows.end])?[rows]);
+    let mean = y[skip..].iter().sum::<f64>() / used as f64;
+    let (mut sum, mut lost) = (0.0, 0);
+    for part in 0..PARTS {
+        let fitted = family.fit(&joined(&parts, part), used - used / PARTS)?;
+        let e = errors(&fitted.model, x, y)?;
+        let rows = (0..used).filter(|k| part_of(*k, used) == part).map(|k| k + skip);
+        let [ours, constant] =
+            rows.fold([0.0, 0.0], |[a, b], t| [a + e[t] * e[t], b + (y[t] - mean).powi(2)]);
+        sum += ours;
+        lost += usize::from(ours >= constant);
     }
-    Ok((rms(&e), family.fit(&all, used)?))
+    let held_out = HeldOut { rms: (sum / used as f64).sqrt(), lost };
+    Ok(Judged { fitted: family.fit(&all, used)?, held_out })
 }
 
-/// One per block of rows.
+/// Part of row k of N.
+fn part_of(k: usize, N: usize) -> usize {
+    k * PARTS * PIECES / N % PARTS
+}
+
+/// One per part.
 fn triangles(x: &[f64], y: &[f64], family: &mut dyn Family, skip: usize) -> Vec<Triangle> {
-    let width = family.width();
+    let (width, used) = (family.width(), x.len() - skip);
     let mut row = vec![0.0; width];
-    (0..skip).for_each(|t| family.row(x[t], y[t], &mut row));
-    let used = x.len() - skip;
+    let mut triangles = vec![Triangle::new(width); PARTS];
     let mut block = Block::new(width);
-    let mut one = |b: usize| {
-        let mut triangle = Triangle::new(width);
-        for t in skip + b * used / BLOCKS..skip + (b + 1) * used / BLOCKS {
-            family.row(x[t], y[t], &mut row);
+    let mut part = 0;
+    for t in 0..x.len() {
+        family.row(x[t], y[t], &mut row);
+        if t >= skip {
+            let now = part_of(t - skip, used);
+            if now != part {
+                triangles[part].absorb(&mut block);
+                part = now;
+            }
             block.push(&row);
         }
-        triangle.absorb(&mut block);
-        triangle
-    };
-    (0..BLOCKS).map(&mut one).collect()
+    }
+    triangles[part].absorb(&mut block);
+    triangles
 }
 
-/// The rows of all blocks but one.
-fn joined(blocks: &[Triangle], without: usize) -> Triangle {
-    let width = blocks[0].n();
-    let others = blocks.iter().enumerate().filter(|(b, _)| *b != without);
-    Triangle::of_rows(width, others.flat_map(|(_, block)| (0..width).map(|i| block.row(i))))
+/// The rows of all parts but one.
+fn joined(parts: &[Triangle], without: usize) -> Triangle {
+    let width = parts[0].n();
+    let others = parts.iter().enumerate().filter(|(part, _)| *part != without);
+    Triangle::of_rows(width, others.flat_map(|(_, rows)| (0..width).map(|i| rows.row(i))))
 }
 
 fn errors(model: &Model, x: &[f64], y: &[f64]) -> Result<Vec<f64>> {
