@@ -155,7 +155,7 @@ def test_the_symmetric_stack_leaves_what_the_source_of_the_method_says():
 
 
 def test_segments_without_a_slope_take_a_neighbour_s():
-    """A curve that jumps: the segments across the jump have no slope of their own in its inverse."""
+    """A curve that jumps: y skips the segments across the jump."""
     x = np.sin(np.arange(600) / 10) * np.linspace(1, 0.1, 600)
     y = x + (x > 0.3)
     found = PlayStack.identify(x, y, n=3, asymmetric=True)
@@ -171,9 +171,7 @@ def test_standard_deviations_have_the_size_of_the_spread():
     y = PlayStack(r=r, w=[1, 0.5, 0.3]).simulate(x)
     g = np.random.default_rng(2)
     runs = [
-        PlayStack.identify(
-            x, y + 3e-3 * g.standard_normal(600), r=r, asymmetric=True, segments=3
-        )
+        PlayStack.identify(x, y + 3e-3 * g.standard_normal(600), r=r, asymmetric=True, segments=3)
         for _ in range(60)
     ]
     values = [[*run.w, *run.slopes, run.offset] for run in runs]

@@ -58,7 +58,7 @@ PIEZO = {
 
 
 def test_the_butterfly_loops_of_a_piezo(data):
-    """Issue 6; domains that switch at 1.9 kV do not at 0.8 kV, so that small loops are not foretold."""
+    """Issue 6; domains that switch at 1.9 kV do not at 0.8 kV: small loops are not foretold."""
     path = data("piezo_kv") / "MeasurementData.mat"
     records = {k: pt.read(path, u=f"Vplus_{k}", y=f"Displacement_{k}", Ts=1.0) for k in PIEZO}
     loops = {k: (rec.u[:, 0], rec.y[:, 0]) for k, rec in records.items()}

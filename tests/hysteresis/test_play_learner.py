@@ -85,7 +85,7 @@ def test_rest_teaches_nothing():
 
 
 def test_small_loops_keep_what_large_ones_told():
-    """Sixty memories of loops of 15 % of the range; without `hold` the output is lost outside of them."""
+    """Sixty memories of loops of 15 % of the range."""
     x, y = record(3000)
     small, _ = record(6000, 0.15, seed=5)
     z = oracle.plays(np.append(x, small), R)

@@ -5,6 +5,7 @@ from plantune.plot.bode import bode
 from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
+from plantune.plot.hysteresis import hysteresis
 from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.relay import relay
@@ -19,6 +20,7 @@ __all__ = [
     "closed_loop",
     "compare",
     "delay",
+    "hysteresis",
     "margins",
     "record",
     "relay",

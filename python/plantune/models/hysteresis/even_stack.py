@@ -32,7 +32,7 @@ class EvenStack(HysteresisModel):
 
     Notes
     -----
-    The strain of a piezo that is driven beyond its coercive field first falls and then rises on each
+    The strain of a piezo that is driven beyond its coercive field falls and then rises on each
     branch.  `PlayStack.identify(..., even=True)` finds such a stack.
 
     Examples
@@ -55,7 +55,7 @@ class EvenStack(HysteresisModel):
         freeze(self, "r", "w", "s", "v")
         _core.hysteresis_check(self)
 
-    def inverse(self) -> NoReturn:  # type: ignore[override]
+    def inverse(self) -> NoReturn:
         """Refuse: on a butterfly loop two inputs give one output.
 
         Raises

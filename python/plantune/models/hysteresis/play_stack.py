@@ -168,8 +168,9 @@ class PlayStack(HysteresisModel):
             notes=notes_from_core(notes),
             x_range=(float(u.min()), float(u.max())),
         )
-        kinds = {"symmetric": cls, "asymmetric": AsymmetricStack, "even": EvenStack}
-        return kinds[form](**model, identified=how)
+        if asymmetric:
+            return AsymmetricStack(**model, identified=how)
+        return EvenStack(**model, identified=how) if even else cls(**model, identified=how)
 
 
 def _counts(n: int | Sequence[int] | str | None, form: str) -> list[int]:
