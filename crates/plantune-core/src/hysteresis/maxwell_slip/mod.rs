@@ -71,7 +71,7 @@ impl MaxwellSlip {
                 *w -= k;
             }
         }
-        PlayStack { r, w, offset: self.offset }
+        PlayStack::virgin(r, w, self.offset)
     }
 
     /// The stack of plays that finds x.
