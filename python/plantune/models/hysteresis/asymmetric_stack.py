@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from plantune import _core
 from plantune.models.hysteresis.base import HysteresisModel, Identified, freeze
+from plantune.models.hysteresis.printed import elements
 from plantune.record import Floats
 
 
@@ -82,6 +83,10 @@ class AsymmetricStack(HysteresisModel):
         """
         return AsymmetricInverse(**_core.hysteresis_inverse(self))
 
+    def __str__(self) -> str:
+        equation = "y = offset + S(sum w z),  z plays of x,  S by slopes between knots"
+        return elements(self, equation, ("r", "w"), ("knots", "slopes"))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AsymmetricInverse(HysteresisModel):
@@ -119,3 +124,7 @@ class AsymmetricInverse(HysteresisModel):
     def inverse(self) -> AsymmetricStack:  # type: ignore[override]
         """Return the stack that this undoes."""
         return AsymmetricStack(**_core.hysteresis_inverse(self))
+
+    def __str__(self) -> str:
+        equation = "x = offset + sum w z,  z plays of S(y),  S by slopes between knots"
+        return elements(self, equation, ("r", "w"), ("knots", "slopes"))

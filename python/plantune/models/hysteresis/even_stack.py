@@ -7,6 +7,7 @@ from typing import ClassVar, NoReturn
 
 from plantune import _core
 from plantune.models.hysteresis.base import HysteresisModel, Identified, freeze
+from plantune.models.hysteresis.printed import elements
 from plantune.record import Floats
 
 
@@ -65,3 +66,7 @@ class EvenStack(HysteresisModel):
         """
         _core.hysteresis_inverse(self)
         raise AssertionError("the core refuses")
+
+    def __str__(self) -> str:
+        equation = "y = offset + sum w z + sum v u,  z plays of x, u plays of |x|"
+        return elements(self, equation, ("r", "w"), ("s", "v"))

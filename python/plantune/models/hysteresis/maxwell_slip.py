@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from plantune import _core
 from plantune.models.hysteresis.base import HysteresisModel, Identified, column, frozen
 from plantune.models.hysteresis.play_stack import PlayStack
+from plantune.models.hysteresis.printed import elements
 from plantune.record import Floats
 
 
@@ -145,6 +146,10 @@ class MaxwellSlip(HysteresisModel):
         model, how = _core.maxwell_identify(
             column(x, "x"), column(y, "y"), count, thresholds, bool(offset)
         )
-        names = (*(f"k{i + 1}" for i in range(len(model["k"]))), "spring", "offset")
+        names = (*(f"k{i}" for i in range(len(model["k"]))), "spring", "offset")
         tried = tuple(how.pop("tried"))
         return cls(**model, identified=Identified(**how, tried=tried, names=names))
+
+    def __str__(self) -> str:
+        equation = "y = offset + spring x + sum F,  F = k (x - x_b) within ±f"
+        return elements(self, equation, ("k", "f"))

@@ -14,6 +14,7 @@ from plantune.errors import refusal
 from plantune.models.hysteresis.asymmetric_stack import AsymmetricStack
 from plantune.models.hysteresis.base import HysteresisModel, Identified, column, freeze, frozen
 from plantune.models.hysteresis.even_stack import EvenStack
+from plantune.models.hysteresis.printed import elements
 from plantune.notes import notes_from_core
 from plantune.record import Floats
 
@@ -171,6 +172,10 @@ class PlayStack(HysteresisModel):
         if asymmetric:
             return AsymmetricStack(**model, identified=how)
         return EvenStack(**model, identified=how) if even else cls(**model, identified=how)
+
+    def __str__(self) -> str:
+        equation = "y = offset + sum w z,  z(t) = max(x - r, min(x + r, z(t-1)))"
+        return elements(self, equation, ("r", "w"))
 
 
 def _counts(n: int | Sequence[int] | str | None, form: str) -> list[int]:
