@@ -101,7 +101,7 @@ class HysteresisModel:
         >>> y = pt.hysteresis.PlayStack(r=[0, 1], w=[1, 1]).simulate(x)
         >>> model = pt.hysteresis.PlayStack.identify(x, y, n=5)
         >>> print(*model.check_range([0.0, 8.0]))
-        H04 x goes to 8, fitted from -4.99977 to 4.99949 - fit a record that reaches as far
+        H04 x goes to 8, fitted from -5 to 4.999 - fit a record that reaches as far
         """
         new = column(x, "x")
         if self.identified is None or self.identified.x_range is None or not len(new):
@@ -110,7 +110,7 @@ class HysteresisModel:
         furthest = max((float(new.min()), float(new.max())), key=lambda x: max(low - x, x - high))
         if low <= furthest <= high:
             return ()
-        text = f"x goes to {furthest:g}, fitted from {low:g} to {high:g}"
+        text = f"x goes to {furthest:.4g}, fitted from {low:.4g} to {high:.4g}"
         remedy = "fit a record that reaches as far"
         return (Note("H04", "warning", text, measured=furthest, remedy=remedy),)
 
