@@ -79,7 +79,7 @@ def hysteresis(
             _elements(fig, m, color)
     fig.update_xaxes(title_text=axis(names.u, names.u_unit), row=1, col=1)
     fig.update_yaxes(title_text=axis(names.y, names.y_unit), row=1, col=1)
-    fig.update_xaxes(title_text="row", range=[0, 1.02 * (len(x) - 1)], row=2, col=1)
+    fig.update_xaxes(title_text="row [1]", range=[0, 1.02 * (len(x) - 1)], row=2, col=1)
     fig.update_yaxes(
         title_text="error [% of range]", zeroline=True, zerolinecolor="#9aa3ad", row=2, col=1
     )

@@ -71,7 +71,7 @@ impl PlayStack {
         // z'_0 = sum w_j z_j, here from the differences, so that a common shift of all z loses no digits.
         let apart: f64 = self.w.iter().zip(&self.z0).map(|(w, z)| w * (z - self.z0[0])).sum();
         let (mut r, mut z, mut before) = (0.0, self.offset + W[last] * self.z0[0] + apart, 0.0);
-        let mut inverse = PlayStack::virgin(Vec::new(), Vec::new(), -self.offset / W[last]);
+        let mut inverse = PlayStack::virgin(Vec::new(), Vec::new(), 0.0 - self.offset / W[last]);
         for i in 0..=last {
             if i > 0 {
                 r += W[i - 1] * (self.r[i] - self.r[i - 1]);

@@ -77,14 +77,16 @@ class MaxwellSlip(HysteresisModel):
         Raises
         ------
         UsageError
-            No spring: where all blocks slip, no force tells where (U01).  An offset: take the
-            inverse of the model without it, and run it on `y - offset` (U01).
+            No spring: where all blocks slip, no force tells where (U01).
 
         Examples
         --------
         >>> import plantune as pt
-        >>> pt.hysteresis.MaxwellSlip(k=[1], f=[1], spring=1).inverse()
-        PlayStack(r=array([0., 2.]), w=array([0.5, 0.5]), offset=0.0)
+        >>> print(pt.hysteresis.MaxwellSlip(k=[1], f=[1], spring=1).inverse())
+        y = offset + sum w z,  z(t) = max(x - r, min(x + r, z(t-1)))
+             r    w
+          0  0  0.5
+          1  2  0.5
         """
         return PlayStack(**_core.hysteresis_inverse(self))
 
