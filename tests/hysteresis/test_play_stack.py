@@ -126,6 +126,17 @@ def test_rows_that_only_set_the_memory_are_skipped():
     assert found.w == approx([1, 0.5, 0.5], abs=1e-9) and found.identified.N == 300
 
 
+def test_a_stage_that_has_been_up_before_is_fitted_after_its_first_rise():
+    """0 to 100 V: half widths above 50 V move in the first rise alone."""
+    rec = pt.datasets.piezo_stage(cycles=2, drift=0, digit=0)
+    x, y = rec.u[:, 0], rec.y[:, 0]
+    (note,) = [n for n in PlayStack.identify(x, y, asymmetric=True).notes if n.code == "H06"]
+    assert note.remedy.startswith("skip=1000")
+    found = PlayStack.identify(x, y, asymmetric=True, skip=1000)
+    assert found.identified.rms < 1e-3 * np.ptp(y) and found.identified.N == 3001
+    assert "H06" not in [n.code for n in found.notes] and found.r[-1] < 50
+
+
 def test_a_loop_that_runs_clockwise_points_to_maxwell_slip():
     x = np.tile(np.concatenate([np.linspace(-1, 1, 100), np.linspace(1, -1, 100)]), 3)
     stop = oracle.stop(x, 0.3)

@@ -21,8 +21,8 @@
 //! sqrt((1 - lambda) n hold max i_j) [e_j, w_j]
 //! ```
 //!
-//! (regularised as by Gunnarsson, 35th IEEE Conf. Decision and Control, 1996). Loops of 15 % of the range for sixty
-//! memories leave an error of 0.2 % of the range over all of it then, where it is 90 % without.
+//! (regularised as by Gunnarsson, 35th IEEE Conf. Decision and Control, 1996). After sixty memories of
+//! loops of 15 % of the range the large ones are still known to 0.04 % of the range, where 11 % are lost without.
 
 use super::PlayStack;
 use super::play_states::States;

@@ -111,7 +111,8 @@ class PlayStack(HysteresisModel):
             Whether an offset is fitted.
         skip : int
             First rows that move the plays and are not fitted: those before x has been at both ends
-            of its range, if the record does not begin in the virgin state.
+            of its range, if the record does not begin in the virgin state.  Half widths reach half
+            the range of x then.
 
         Returns
         -------
@@ -120,8 +121,8 @@ class PlayStack(HysteresisModel):
             each number of plays over ten parts of the rows, each predicted by the fit to the nine
             others; the fewest plays that come within 5 % of the best are taken.  Notes: H01 weights
             at zero, H02 the loop runs clockwise (`MaxwellSlip`), H03 too few turning points, H05
-            segments without a slope of their own.  Where x later goes beyond what was fitted,
-            `check_range` says so.
+            segments without a slope of their own, H06 the record does not begin in the virgin
+            state.  Where x later goes beyond what was fitted, `check_range` says so.
 
         Raises
         ------

@@ -2,11 +2,16 @@
 
 use super::{Form, HeldOut, PARTS};
 use crate::error::{Error, Result};
+use crate::hysteresis::misfit::rms;
 use crate::hysteresis::{Model, cycles};
-use crate::note::Note;
+use crate::note::{Note, rounded};
 
 /// Area of a loop, as a share of its box, from which its sense is told.
 const OPEN: f64 = 0.01;
+
+/// How many times worse the first rows must fit for a doubt about the virgin state, and rows that must follow.
+const WORSE: f64 = 1.5;
+const SETTLED_LEAST: usize = 20;
 
 /// Inner turning points that show plays at work.
 const TURNS: usize = 2;
@@ -73,6 +78,24 @@ fn few_turns(x: &[f64]) -> Option<Note> {
         Note::warning("H03", text)
             .measured(turns as f64, TURNS as f64)
             .remedy("record a whole cycle at least")
+    })
+}
+
+/// Whether the first move to both ends of the range fits worse than all that follows.
+pub(super) fn not_virgin(x: &[f64], errors: &[f64]) -> Option<Note> {
+    let end = |better: fn(f64, f64) -> bool| {
+        (0..x.len()).fold(0, |best, t| if better(x[t], x[best]) { t } else { best })
+    };
+    let settled = end(|a, b| a > b).max(end(|a, b| a < b));
+    if settled == 0 || settled + SETTLED_LEAST > x.len() {
+        return None;
+    }
+    let (first, later) = (rms(&errors[..settled]), rms(&errors[settled..]));
+    (first > WORSE * later).then(|| {
+        let text = format!("the first {settled} rows fit {:.1} times worse than those after", first / later);
+        Note::warning("H06", format!("{text}: the record does not begin in the virgin state"))
+            .measured(rounded(first / later), WORSE)
+            .remedy(format!("skip={settled}, with a record of more than one cycle"))
     })
 }
 

@@ -100,11 +100,12 @@ pub fn identify_plays(x: &[f64], y: &[f64], settings: &PlaySettings) -> Result<P
     doubts::refuse_what_predicts_nothing(x, &y[settings.skip..], &judged.held_out, settings.form)?;
     let Fitted { model, names, sd, merged } = judged.fitted;
     let errors = errors(&model, x, y)?.split_off(settings.skip);
-    let notes = doubts::doubts(&model, x, y, merged);
+    let mut notes = doubts::doubts(&model, x, y, merged);
+    notes.extend((settings.skip == 0).then(|| doubts::not_virgin(x, &errors)).flatten());
     Ok(PlayFit { errors, model, names, sd, tried, notes })
 }
 
-/// Largest `|x|`.
+/// What plays must be narrower than to be moved.
 fn check(x: &[f64], y: &[f64], settings: &PlaySettings) -> Result<f64> {
     if x.len() != y.len() {
         let text = format!("x has {} rows, y has {}", x.len(), y.len());
@@ -129,7 +130,8 @@ fn check(x: &[f64], y: &[f64], settings: &PlaySettings) -> Result<f64> {
         return Err(Error::new("X01", format!("`x` is {low} throughout"))
             .remedy("record the output over a moving input"));
     }
-    Ok(high.max(-low))
+    // From the virgin state the first rise moves plays as wide as max|x|, later only those of half the range move.
+    Ok(if settings.skip == 0 { high.max(-low) } else { 0.5 * (high - low) })
 }
 
 /// A kind of model, linear in what is unknown of it.
