@@ -4,6 +4,7 @@ from plantune._core import Cmac, PlayLearner, SeriesSlipLearner, Stream
 from plantune.hysteresis.cycles import Cycles, Repeatability, cycles, repeatability
 from plantune.hysteresis.direction import LoopDirection, loop_direction
 from plantune.hysteresis.forc import Forc, forc
+from plantune.hysteresis.identify import Loops, identify
 from plantune.hysteresis.track import Tracking, track
 from plantune.models.hysteresis import (
     AsymmetricInverse,
@@ -34,6 +35,7 @@ __all__ = [
     "EvenStack",
     "Forc",
     "LoopDirection",
+    "Loops",
     "MaxwellSlip",
     "PlayLearner",
     "PlayStack",
@@ -46,6 +48,7 @@ __all__ = [
     "Tracking",
     "cycles",
     "forc",
+    "identify",
     "loop_direction",
     "repeatability",
     "track",
