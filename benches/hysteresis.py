@@ -1,4 +1,6 @@
-"""Hysteresis, sample by sample: what an operator costs, whatever its grid.
+"""Hysteresis, sample by sample: what a stack of plays costs, and relays whatever their grid.
+
+Plays: the peers are the same recursion, play after play in numba and all at once in numpy.
 
 Preisach: the peers run the same Everett table and the same stack of remembered extremes, written
 out plainly in numba and in Python; numpy also steps the relays one by one, all at once, as
@@ -111,6 +113,99 @@ def numpy_relays(grid, record):
     return job
 
 
+# Plays -------------------------------------------------------------------------------------------
+
+
+def widths(n):
+    return np.arange(n) / n
+
+
+def stack(n, record=walk, rows=N):
+    stream = pt.hysteresis.PlayStack(r=widths(n), w=np.full(n, 1 / n)).stream()
+    x, start = record(rows), np.zeros(n)
+
+    def job():
+        stream.state = start
+        return stream.run(x)[-100:]
+
+    return job
+
+
+def stack_steps(n):
+    """One sample at a time, from Python."""
+    stream, x = (
+        pt.hysteresis.PlayStack(r=widths(n), w=np.full(n, 1 / n)).stream(),
+        walk(FEW).tolist(),
+    )
+    start = np.zeros(n)
+
+    def job():
+        stream.state = start
+        return [stream.step(value) for value in x][-100:]
+
+    return job
+
+
+def by_plays(r, w, x, z, out):
+    """One play after the other: Python as it stands, or compiled by numba."""
+    z[:] = 0.0
+    for t in range(len(x)):
+        y = 0.0
+        for i in range(len(r)):
+            z[i] = max(x[t] - r[i], min(x[t] + r[i], z[i]))
+            y += w[i] * z[i]
+        out[t] = y
+    return out
+
+
+def numba_plays(n):
+    from numba import njit
+
+    run, x = njit(fastmath=True)(by_plays), walk(N)
+    r, w, z, out = widths(n), np.full(n, 1 / n), np.zeros(n), np.zeros(N)
+    return lambda: run(r, w, x, z, out)[-100:]
+
+
+def numpy_plays(n):
+    """All plays at once, one sample after the other."""
+    r, w, x = widths(n), np.full(n, 1 / n), walk(FEW)
+
+    def job():
+        z, y = np.zeros(n), np.zeros(FEW)
+        for t in range(FEW):
+            z = np.maximum(x[t] - r, np.minimum(x[t] + r, z))
+            y[t] = w @ z
+        return y[-100:]
+
+    return job
+
+
+def plays(n):
+    return Bench(
+        f"{n} plays, N = {N:.0e}",
+        [
+            Contestant("Stream.run", partial(stack, n)),
+            Contestant("play after play, numba", partial(numba_plays, n), ("numba",)),
+        ],
+        memory=False,
+        patience=8,
+        remark=per_sample([N, N]),
+    )
+
+
+def few_plays(n):
+    return Bench(
+        f"{n} plays, N = {FEW:.0e}",
+        [
+            Contestant("Stream.run", partial(stack, n, walk, FEW)),
+            Contestant("Stream.step, from Python", partial(stack_steps, n)),
+            Contestant("all plays at once, numpy", partial(numpy_plays, n)),
+        ],
+        memory=False,
+        remark=per_sample([FEW] * 3),
+    )
+
+
 # The tables --------------------------------------------------------------------------------------
 
 
@@ -157,6 +252,8 @@ def plain(grid, record):
 
 
 BENCHES = [
+    plays(100),
+    few_plays(100),
     *[preisach(grid, record) for grid in (20, 100, 400) for record in (walk, sine)],
     *[plain(grid, walk) for grid in (20, 100)],
 ]
