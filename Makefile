@@ -32,6 +32,7 @@ docs: $(VENV)/extra-test   ## run the pages, and draw their figures as HTML: out
 	@$(BIN)/python examples/records.py --figures out/docs
 	@$(BIN)/python examples/source_000.py --figures out/docs
 	@$(BIN)/python examples/source_001_autotuner.py --figures out/docs
+	@$(BIN)/python examples/source_002.py
 
 bench: $(VENV)/extra-bench ## side by side with the peers, in one run
 	@$(BIN)/python -m benches

@@ -8,8 +8,8 @@
 `inspect` lists what is wrong with a file before that.
 Stages, in the order of the work: `prep analyze estimate validate tune simulate`; `job` runs them
 all, `report` and `plot` show the result, `export` takes it to a controller, `recursive` learns
-sample by sample, `edge` links to plants, `datasets` brings records to try.  Stages load when first
-used.
+sample by sample, `hysteresis` models what remembers, `edge` links to plants, `datasets` brings
+records to try.  Stages load when first used.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from plantune import edge as edge
     from plantune import estimate as estimate
     from plantune import export as export
+    from plantune import hysteresis as hysteresis
     from plantune import job as job
     from plantune import models as models
     from plantune import plot as plot
@@ -73,6 +74,7 @@ _HOME: dict[str, str | None] = {
     "analyze": None,
     "estimate": None,
     "recursive": None,
+    "hysteresis": None,
     "validate": None,
     "tune": None,
     "simulate": None,

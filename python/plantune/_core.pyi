@@ -5,16 +5,18 @@ rad/s, times and `Ts` seconds, `input` counts from 0.  A dict holds the fields o
 built from it; square and stacked arrays come flat, notes as dicts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from plantune.adapt.settings import Settings
 from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
+from plantune.models.hysteresis import ChargeLeak, PlayStack, SeriesSlip
+from plantune.models.hysteresis.base import HysteresisModel
 from plantune.notes import Limits
 from plantune.record import Record
 from plantune.recursive import Trace
@@ -345,10 +347,64 @@ def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> F
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 
+def areas(rec: Record, step_at: float | None, limits: Limits) -> tuple[float, float, float]:
+    """`K, T, L` from the areas under a step response."""
+
+def idt_criterion(
+    rec: Record,
+    order: int | None,
+    max_order: int,
+    step_at: float | None,
+    gain: float | None,
+    lag: int | None,
+    eps: float,
+    limits: Limits,
+) -> Fields:
+    """Poles by criterion (15) of source 003."""
+
+def step_modes(
+    rec: Record,
+    order: int | None,
+    max_order: int,
+    step_at: float | None,
+    gain: float | None,
+    limits: Limits,
+) -> Fields:
+    """Fields of `StepModes` but `source`; without an order the data choose it."""
+
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
 
 # --- estimators that learn one sample at a time -------------------------------------------------
+
+class InverseTransform:
+    """The inverse digital transform: from samples of a response back to the input."""
+
+    def __init__(
+        self,
+        poles: Sequence[complex] | Complexes,
+        Ts: float,
+        gain: float = 1.0,
+        lag: int = 1,
+        differentiation: bool = False,
+    ) -> None: ...
+    def step(self, y: float) -> float:
+        """Take one sample of `y` and return the input; NaN before the window is full."""
+
+    def run(self, y: Sequence[float] | Floats) -> Floats:
+        """Take samples (N,) and return the inputs (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def order(self) -> int:
+        """Number of poles."""
+
+    @property
+    def coefficients(self) -> Floats:
+        """Of `x(n) = sum d_j y(n - j lag) / gain` (order + 1,)."""
+
+    @property
+    def noise_gain(self) -> float:
+        """Standard deviation of `x` over that of white noise on `y`."""
 
 class RLS:
     """Recursive least squares for any model linear in its parameters."""
@@ -799,3 +855,248 @@ class AutoTuner:
         starts: Sequence[int],
     ) -> Fields:
         """`step` for each row, with a gap before every row of `starts` but the first."""
+
+# --- hysteresis --------------------------------------------------------------------------------
+
+def hysteresis_check(model: HysteresisModel) -> None:
+    """Refuse parameters that are none (U01)."""
+
+def hysteresis_simulate(model: HysteresisModel, x: Floats) -> Floats:
+    """Output (N,) from the virgin state."""
+
+def hysteresis_inverse(model: HysteresisModel) -> Fields:
+    """Fields of the model whose output is this one's input."""
+
+def preisach_everett(mu: Floats) -> Floats:
+    """Everett table (n + 1, n + 1) of weights (n, n)."""
+
+def preisach_mu(everett: Floats) -> Floats:
+    """Weights (n, n) of an Everett table (n + 1, n + 1)."""
+
+def preisach_identify(
+    x: Floats,
+    y: Floats,
+    levels: Floats | None,
+    counts: Sequence[int],
+    ridge: float,
+    smooth: float,
+    start: str,
+    offset: bool,
+) -> tuple[Fields, Fields]:
+    """Fields of `Preisach` with `mu` flat, and of `Identified`."""
+
+def hysteresis_forc(x: Floats, y: Floats) -> Fields:
+    """Fields of `Forc`, tables flat, curves as rows from and to."""
+
+def creep_identify(
+    x: Floats,
+    y: Floats,
+    Ts: float,
+    n: int,
+    r: Floats | None,
+    tau: Floats | None,
+    offset: bool,
+) -> tuple[Fields, Fields]:
+    """Fields of `Creep` with `c` flat, and of `Identified`."""
+
+def leak_current(model: ChargeLeak, V: float) -> float:
+    """Return the current through the leak at a voltage."""
+
+def leak_resistance(model: ChargeLeak, i: float) -> float:
+    """Return the leak resistance at a leak current."""
+
+def hysteresis_track(
+    plant: HysteresisModel,
+    r: Floats,
+    one_pass: int,
+    Ts: float,
+    noise: Floats,
+    limits: tuple[float, float],
+    dynamics: Model | None = None,
+    inverse: HysteresisModel | None = None,
+    pid: PID | None = None,
+    cmac: Cmac | None = None,
+) -> Fields:
+    """Fields of `Tracking`, but for `t` and `r`."""
+
+class Cmac:
+    """A function of one signal, learnt while it is used."""
+
+    def __init__(
+        self,
+        range: tuple[float, float],
+        cells: int = 25,
+        layers: int = 8,
+        beta: float = 0.3,
+        dead_zone: float = 0.0,
+    ) -> None: ...
+    def recall(self, s: float) -> float:
+        """Return what was learnt for the signal `s`."""
+
+    def learn(self, target: float) -> None:
+        """Learn what should have come out of the last `recall`."""
+
+    @property
+    def range(self) -> tuple[float, float]: ...
+    @property
+    def cells(self) -> int: ...
+    @property
+    def layers(self) -> int: ...
+    @property
+    def beta(self) -> float: ...
+    @property
+    def dead_zone(self) -> float: ...
+    @property
+    def w(self) -> Floats:
+        """Weights (2, layers, cells + 1): rising, falling."""
+
+    state: Floats
+
+def hysteresis_cycles(x: Floats, band: float | None = None) -> Fields:
+    """Rows of turning points and whole cycles, and the band."""
+
+def hysteresis_repeatability(x: Floats, y: Floats, band: float | None = None) -> Fields:
+    """Branches over a grid, and their differences (largest, rms): rising, falling, both."""
+
+def series_slip_identify(x: Floats, y: Floats, settings: Mapping[str, Any]) -> Fields:
+    """Fields of `Identified`, those of the model under `model`."""
+
+def series_slip_closed(model: SeriesSlip) -> Fields:
+    """Fields of the loop whose elements meet."""
+
+def series_slip_through(model: SeriesSlip, x: float, y: float, way: float) -> Fields:
+    """Fields of the model moved so that the branch `way`, +1 or -1, passes (x, y)."""
+
+def bouc_wen_simulate(
+    model: HysteresisModel,
+    u: Floats,
+    Ts: float,
+    x0: tuple[float, float, float],
+    hold: str,
+    substeps: int | None,
+) -> Floats:
+    """Displacement (N,) under a force."""
+
+def bouc_wen_initial_state(
+    model: HysteresisModel, u: Floats, y: Floats, Ts: float
+) -> tuple[float, float, float]:
+    """Displacement, speed and force z at the first row."""
+
+def bouc_wen_identify(
+    u: Floats, y: Floats, Ts: float, nu: float | None, at_rest: bool, start_only: bool
+) -> tuple[Fields, Fields, list[Fields], tuple[float, float, float]]:
+    """Fields of the model, of `Identified`, notes, and the first state."""
+
+def bouc_wen_force_identify(
+    x: Floats, y: Floats, nu: float | None
+) -> tuple[Fields, Fields, list[Fields]]:
+    """Fields of the model, of `Identified`, and notes."""
+
+def maxwell_identify(
+    x: Floats, y: Floats, n: int | None, r: list[float] | None, offset: bool
+) -> tuple[Fields, Fields]:
+    """Fields of the model, and of `Identified`."""
+
+def hysteresis_direction(x: Floats, y: Floats) -> Fields:
+    """Fields of `LoopDirection`."""
+
+def plays_identify(
+    x: Floats, y: Floats, settings: Mapping[str, Any]
+) -> tuple[Fields, Fields, list[str], list[Fields]]:
+    """Fields of the model, those of `Identified`, names of the parameters, notes."""
+
+class PlayLearner:
+    """Weights of a stack of plays, learnt one sample at a time and never negative."""
+
+    def __init__(
+        self,
+        r: ArrayLike,
+        lam: float = 1.0,
+        offset: bool = True,
+        P0: float = 1e8,
+        gate: float | None = None,
+        hold: float = 1e-4,
+    ) -> None: ...
+    def step(self, x: float, y: float) -> float:
+        """Learn a sample; return the error before that."""
+
+    def run(self, x: Floats, y: Floats) -> Floats:
+        """Return the errors (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def model(self) -> PlayStack:
+        """What has been learnt, in the virgin state."""
+
+    @property
+    def w(self) -> Floats:
+        """Weights (n,)."""
+
+    @property
+    def offset(self) -> float: ...
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations (n + 1,) of weights and offset; 0 of what stands at 0."""
+
+    @property
+    def r(self) -> Floats: ...
+    @property
+    def lam(self) -> float: ...
+    @property
+    def gate(self) -> float | None: ...
+    @property
+    def hold(self) -> float: ...
+    @property
+    def seen(self) -> int:
+        """Samples."""
+
+class SeriesSlipLearner:
+    """Elements in series, learnt one sample at a time."""
+
+    def __init__(
+        self,
+        threshold: float,
+        consecutive: int | None = None,
+        P0: float = 100.0,
+        noise_sd: float = 0.0,
+        band: float = 0.0,
+    ) -> None: ...
+    def step(self, x: float, y: float) -> float:
+        """Learn a sample; return the error before that."""
+
+    def run(self, x: Floats, y: Floats) -> Floats:
+        """Return the errors (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def model(self) -> SeriesSlip:
+        """What has been learnt."""
+
+    @property
+    def elements(self) -> tuple[int, int]:
+        """How many: rising, falling."""
+
+    @property
+    def threshold(self) -> float: ...
+    @property
+    def consecutive(self) -> int: ...
+    @property
+    def P0(self) -> float: ...
+    @property
+    def noise_sd(self) -> float: ...
+    @property
+    def band(self) -> float: ...
+
+class Stream:
+    """A hysteresis model at work, sample by sample."""
+
+    def __init__(self, model: HysteresisModel) -> None: ...
+    def step(self, x: float) -> float:
+        """Return the output at the input `x`."""
+
+    def run(self, x: Floats) -> Floats:
+        """Return the outputs (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def model(self) -> HysteresisModel:
+        """As given."""
+
+    state: Floats

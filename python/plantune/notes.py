@@ -117,6 +117,10 @@ class Limits:
     """Least ratio of singular values of a record's regressor."""
     F02: float = _DEFAULT["F02"]
     """Most that a filter may remember of an unknown start, as a share of what it changed."""
+    M05: float = _DEFAULT["M05"]
+    """Least share of what a linear model leaves that a dead band must explain."""
+    M06: float = _DEFAULT["M06"]
+    """Least share of it that the turning points of the input must explain."""
     M09: float = _DEFAULT["M09"]
     """Largest sample time as a share of the time constant."""
     V01: float = _DEFAULT["V01"]

@@ -61,6 +61,17 @@ def test_which_recursion_shows_the_tables_of_its_example():
         assert shown(page, name) == approx(list(ours), rel=0.02, abs=0.05), name
 
 
+def test_source_002_shows_the_tables_of_its_example():
+    page = (ROOT / "docs" / "sources" / "002.md").read_text(encoding="utf-8")
+    stage = example("source_002")
+    for consecutive, cells in stage.noisy():
+        assert shown(page, str(consecutive)) == close(cells), consecutive
+    for (drift, threshold), cells in stage.second():
+        assert shown(page, f"{drift}, {threshold}") == close(cells), (drift, threshold)
+    for name, cells in stage.compensated():
+        assert shown(page, name) == close(cells), name
+
+
 def test_links_between_pages_lead_somewhere():
     pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
     for page in pages:

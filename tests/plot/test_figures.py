@@ -57,9 +57,30 @@ def relay_test(**more):
     return pt.tune.relay(named), named
 
 
+def stepped():
+    u = np.repeat([0.0, 4.0], [50, 650])
+    two = pt.models.ProcessModel(K=2.0, T=(3.0, 10.0), L=4.0)
+    y = 20 + two.simulate(u, Ts=0.1) + 0.01 * np.random.default_rng(0).normal(size=700)
+    rec = pt.Record(u=u, y=y, Ts=0.1, u_names=["valve"], y_names=["level"], units=UNITS)
+    return pt.estimate.idt(rec), rec
+
+
 def adapted(rec, **more):
     pid = pt.models.PID(Kp=-0.2, Ti=1.5)
     return pt.adapt.replay(rec, pt.adapt.Settings(Ts=0.1, nk=(1, 9), controller=pid, **more))
+
+
+def curves():
+    relays = pt.hysteresis.Preisach(levels=[-1, 0, 1], mu=[[1, 0], [2, 1]])
+    x = [-1.0, 0.0, -1.0, 0.0, 1.0, 0.0, -1.0]
+    return pt.hysteresis.forc(x, relays.simulate(x))
+
+
+def loop():
+    x = 50 - 50 * np.cos(np.linspace(0, 6 * np.pi, 900)) * np.linspace(1, 0.5, 900)
+    stack = pt.hysteresis.PlayStack(r=[0, 5, 20], w=[0.4, 0.1, 0.1])
+    y = stack.simulate(x) + 0.1 * np.random.default_rng(0).normal(size=900)
+    return pt.hysteresis.PlayStack.identify(x, y, n=5), x, y
 
 
 @pytest.fixture(scope="module")
@@ -74,9 +95,12 @@ def figures(rec, fits, verdicts, tuning, response):
         "margins": plot.margins(tuning),
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
+        "hysteresis": plot.hysteresis(*loop(), of=rec),
+        "forc": plot.forc(curves(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "relay": plot.relay(*relay_test(noise_sd=0.02)),
         "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),
         "rules": plot.rules(pt.tune.compare(fits[0]), of=rec),
+        "step_modes": plot.step_modes(*stepped()),
     }
 
 
@@ -107,7 +131,7 @@ def test_titles_fit_a_laptop_and_say_record_and_model(figures, rec):
         title = fig.layout.title
         assert 0 < len(title.text) <= 80, name
         assert "<" not in title.text
-        if name not in ("closed_loop", "relay"):
+        if name not in ("closed_loop", "forc", "relay", "step_modes"):  # no record
             assert rec.source[:8] in title.subtitle.text, name
 
 
@@ -379,3 +403,16 @@ def test_adapt_of_a_long_log_stays_few_points(rec):
     log = adapted(simulated(N=20_000), every=200)
     fig = plot.adapt(log)
     assert all(len(t.x) <= 4 * BUCKETS for t in fig.data)
+
+
+def test_the_figure_of_a_step_response_shows_curve_parts_and_residual(figures):
+    found, _ = stepped()
+    fig = figures["step_modes"]
+    traces = {trace.name: trace for trace in fig.data if trace.mode == "lines" and trace.name}
+    assert_array_equal(traces["sum of the modes"].y, found.curve)
+    assert traces["sum of the modes"].line.color == MODEL
+    names = [name for name in traces if name.startswith("T = ")]
+    assert [traces[name].yaxis for name in names] == ["y2", "y2"]
+    assert_array_equal([traces[name].y for name in names], found.parts)
+    assert fig.layout.yaxis.title.text == "level [cm]"
+    assert traces["residual"].yaxis == "y3"

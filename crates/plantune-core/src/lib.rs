@@ -9,7 +9,7 @@
 //! | `Kp Ti Td Tf` | PID, standard form |
 //!
 //! Modules, each importing only from those before it: `error note limits` · `linalg poly stats` ·
-//! `record excitation relation regress signal` · `model` · `sim` · `batch recursive` · `analyze` · `validate` · `tune` ·
+//! `record excitation relation regress signal` · `model` · `sim` · `batch recursive hysteresis` · `analyze` · `validate` · `tune` ·
 //! `adapt`.
 
 #![deny(unsafe_code)]
@@ -21,6 +21,7 @@ pub mod analyze;
 pub mod batch;
 pub mod error;
 pub mod excitation;
+pub mod hysteresis;
 pub mod limits;
 pub mod linalg;
 pub mod model;

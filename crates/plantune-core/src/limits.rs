@@ -29,6 +29,10 @@ pub struct Limits {
     pub X08: f64,
     /// Most that a filter may remember of an unknown start, as a share of what it changed.
     pub F02: f64,
+    /// Least share of what a linear model leaves that a dead band must explain.
+    pub M05: f64,
+    /// Least share of it that the turning points of the input must explain.
+    pub M06: f64,
     /// Largest sample time as a share of the time constant.
     pub M09: f64,
     /// Least simulation fit on fresh data, in percent, for a verdict to pass.
@@ -73,6 +77,8 @@ impl Default for Limits {
             X06: 0.01,
             X08: 1e-10,
             F02: 0.02,
+            M05: 0.3,
+            M06: 0.4,
             M09: 0.5,
             V01: 50.0,
             V03: 5.0,
@@ -92,7 +98,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 26] {
+    pub fn items(&self) -> [(&'static str, f64); 28] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -107,6 +113,8 @@ impl Limits {
             ("X06", self.X06),
             ("X08", self.X08),
             ("F02", self.F02),
+            ("M05", self.M05),
+            ("M06", self.M06),
             ("M09", self.M09),
             ("V01", self.V01),
             ("V03", self.V03),

@@ -138,13 +138,14 @@ impl<'a> Record<'a> {
     /// Where row `k` of a column stands in the original file and in time.
     pub fn place(&self, column: usize, k: usize) -> Place {
         let row = self.rows.map_or(k, |rows| rows[k] as usize);
-        let first = self.rows.map_or(0, |rows| rows[0] as usize);
-        let uniform = self.t0 + (row as f64 - first as f64) * self.Ts;
-        Place {
-            column: self.names.get(column).cloned().unwrap_or_default(),
-            row: Some(row),
-            time: Some(self.t.map_or(uniform, |t| t[k])),
-        }
+        let column = self.names.get(column).cloned().unwrap_or_default();
+        Place { column, row: Some(row), time: Some(self.time(k)) }
+    }
+
+    /// Time of row `k`, seconds.
+    pub fn time(&self, k: usize) -> f64 {
+        let row = |k: usize| self.rows.map_or(k as f64, |rows| rows[k] as f64);
+        self.t.map_or_else(|| self.t0 + (row(k) - row(0)) * self.Ts, |t| t[k])
     }
 
     /// Input `i` as a contiguous column.

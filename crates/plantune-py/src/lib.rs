@@ -12,11 +12,13 @@ mod bank;
 mod batch;
 mod error;
 mod forms;
+mod hysteresis;
 mod model;
 mod note;
 mod recursive;
 mod signal;
 mod sim;
+mod step_modes;
 mod tune;
 mod validate;
 mod values;
@@ -32,8 +34,10 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         model::register,
         sim::register,
         batch::register,
+        step_modes::register,
         recursive::register,
         bank::register,
+        hysteresis::register,
         analyze::register,
         validate::register,
         tune::register,

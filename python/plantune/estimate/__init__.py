@@ -1,10 +1,26 @@
 """Estimation: a record in, a fitted model with its uncertainty out."""
 
+from plantune.estimate.areas import areas
 from plantune.estimate.arx import arx
 from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
+from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.pem import armax, oe
 from plantune.estimate.process import process
+from plantune.estimate.step_modes import StepModes, idt
 
-__all__ = ["Fit", "armax", "arx", "candidates", "least_squares", "oe", "process"]
+__all__ = [
+    "Fit",
+    "IdtCriterion",
+    "StepModes",
+    "areas",
+    "armax",
+    "arx",
+    "candidates",
+    "idt",
+    "idt_criterion",
+    "least_squares",
+    "oe",
+    "process",
+]

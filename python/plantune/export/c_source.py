@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
-
 from plantune.errors import refusal
 from plantune.estimate import Fit
+from plantune.export.c_hysteresis import hysteresis
+from plantune.export.c_text import array, declared, double, function, text
 from plantune.export.subject import (
     Controller,
     Plant,
-    comment,
     estimator_about,
     named,
     subject_of,
 )
 from plantune.models import PID, PolyModel, ProcessModel, TransferFunction
+from plantune.models.hysteresis.base import HysteresisModel
 from plantune.recursive import RLS
 from plantune.tune import Tuning
 
 
 def c_source(
-    what: Tuning | PID | Fit | ProcessModel | TransferFunction | PolyModel | RLS,
+    what: Tuning | PID | Fit | ProcessModel | TransferFunction | PolyModel | RLS | HysteresisModel,
     Ts: float | None = None,
     *,
     u_min: float | None = None,
@@ -30,7 +29,7 @@ def c_source(
     u_unit: str = "",
     y_unit: str = "",
 ) -> str:
-    r"""Return C99 source: a PID controller, a plant, or a recursive estimator.
+    r"""Return C99 source: a controller, a plant, an estimator, or a hysteresis.
 
     The file stands alone: it includes nothing, allocates nothing and keeps its state in a structure
     of the caller's.  Compile it; where its functions are called, include it with
@@ -42,18 +41,20 @@ def c_source(
     holds.  A plant is `init(s)`, at rest, and `step(s, u)`, which returns what is measured at the
     next sample (at the same one where `nk = 0`).  An estimator is `init(s)`, which starts where the
     estimator given stands, and `update(s, phi, y)`, which returns the prior prediction error; a
-    sample that is not finite is not learnt.
+    sample that is not finite is not learnt.  A model of hysteresis, or its inverse, is `init(s)`,
+    in the virgin state, and `step(s, x)`, which returns `y`; it holds while `x` is not finite.
 
     Parameters
     ----------
-    what : Tuning, PID, Fit, ProcessModel, TransferFunction, PolyModel or RLS
-        A controller, a plant of one input, or an estimator.
+    what : Tuning, PID, Fit, ProcessModel, TransferFunction, PolyModel, RLS or model of hysteresis
+        A controller, a plant of one input, an estimator; or a `SeriesSlip`, `PlayStack`,
+        `AsymmetricStack`, `AsymmetricInverse` or `MaxwellSlip`.
     Ts : float, optional
         Sample time, seconds; needed where `what` has none of its own.
     u_min, u_max : float, optional
         Both or neither: range of the controller's output, in its units.
     prefix : str, optional
-        Of every name; `pid`, `plant` or `rls` by default.
+        Of every name; `pid`, `plant`, `rls` or such as `series_slip` by default.
     u_unit, y_unit : str
         Units, for the comments.
 
@@ -88,16 +89,17 @@ def c_source(
     }
     ...
     """
-    if isinstance(what, RLS):
+    if isinstance(what, RLS | HysteresisModel):
         if Ts is not None or u_min is not None or u_max is not None:
-            raise refusal(
-                "U01", "an estimator has neither Ts nor limits of u", remedy="leave them out"
-            )
-        return _text(_estimator(_plain(what), named(prefix, "rls")))
+            kind = "an estimator" if isinstance(what, RLS) else "a hysteresis"
+            raise refusal("U01", f"{kind} has neither Ts nor limits of u", remedy="leave them out")
+        if isinstance(what, RLS):
+            return text(_estimator(_plain(what), named(prefix, "rls")))
+        return text(hysteresis(what, named(prefix, what.kind), (u_unit, y_unit)))
     subject = subject_of(what, Ts, u_min, u_max, (u_unit, y_unit))
     if isinstance(subject, Controller):
-        return _text(_controller(subject, named(prefix, "pid")))
-    return _text(_plant(subject, named(prefix, "plant")))
+        return text(_controller(subject, named(prefix, "pid")))
+    return text(_plant(subject, named(prefix, "plant")))
 
 
 def _controller(c: Controller, p: str) -> list[str]:
@@ -116,19 +118,19 @@ def _controller(c: Controller, p: str) -> list[str]:
     }
     finite = "r - r == 0.0 && y - y == 0.0"
     return [
-        *_declared(p, c.about, state, functions),
-        *(f"static const double {p}_{k} = {_double(v)};" for k, v in c.constants.items()),
+        *declared(p, c.about, state, functions),
+        *(f"static const double {p}_{k} = {double(v)};" for k, v in c.constants.items()),
         "",
         *_rest(p, derivative),
         "",
-        *_function(
+        *function(
             init,
             *([f"s->x = ({p}_c - 1.0) * y;"] if derivative else []),
             f"s->I = u - {p}_Kp * ({p}_b - 1.0) * y;",
             "s->u = u;",
         ),
         "",
-        *_function(
+        *function(
             step,
             f"if (!({finite}))",
             "    return s->u; /* not a reading: the output holds */",
@@ -137,7 +139,7 @@ def _controller(c: Controller, p: str) -> list[str]:
             "return s->u;",
         ),
         "",
-        *_function(
+        *function(
             manual,
             "s->u = u;",
             f"if ({finite})",
@@ -153,10 +155,10 @@ def _rest(p: str, derivative: bool) -> list[str]:
     if not derivative:
         said = "/* P: what is not the integral. */"
         head = f"static double {p}_rest(const {p}_state *s, double r, double y)"
-        return [said, *_function(head, "(void)s;", f"return {P};")]
+        return [said, *function(head, "(void)s;", f"return {P};")]
     return [
         "/* P + D: what is not the integral. */",
-        *_function(
+        *function(
             f"static double {p}_rest({p}_state *s, double r, double y)",
             f"const double off = {p}_c * r - y - s->x;",
             f"s->x += {p}_Ts / ({p}_Tf + {p}_Ts) * off;",
@@ -194,16 +196,16 @@ def _plant(plant: Plant, p: str) -> list[str]:
         step: f"returns y of {'the next' if plant.ahead else 'this'} sample",
     }
     return [
-        *_declared(p, plant.about, state, functions),
-        *(_array(f"{p}_{name}", values) for name, values in arrays.items() if values),
+        *declared(p, plant.about, state, functions),
+        *(array(f"{p}_{name}", values) for name, values in arrays.items() if values),
         "",
-        *_function(
+        *function(
             init,
             *(line for name, n in {"u": kept, **past}.items() for line in _zero(name, n)),
             "s->k = 0;",
         ),
         "",
-        *_function(
+        *function(
             step,
             "double w = 0.0;",
             f"s->k = (s->k + 1) % {kept};",
@@ -212,7 +214,7 @@ def _plant(plant: Plant, p: str) -> list[str]:
             f"    w += {p}_B[j] * s->u[(s->k + {kept - first} - j) % {kept}];",
             *(_divided("w", "w", f"{p}_F", len(F)) if F else []),
             *(_divided("w", "x", f"{p}_A", len(A)) if A else []),
-            f"return w + {_double(plant.offset)};" if plant.offset else "return w;",
+            f"return w + {double(plant.offset)};" if plant.offset else "return w;",
         ),
     ]
 
@@ -247,14 +249,14 @@ def _estimator(rls: RLS, p: str) -> list[str]:
     update = f"double {p}_update({p}_state *s, const double *phi, double y)"
     functions = {init: "", update: f"phi[{n}]; returns y - phi' theta before the update"}
     return [
-        *_declared(p, estimator_about(rls), state, functions),
-        f"static const double {p}_lambda = {_double(rls.lam)};",
-        f"static const double {p}_D_most = {_double(rls.D_most)};",
-        *(_array(f"{p}_{name}0", values) for name, values in starts.items() if values),
+        *declared(p, estimator_about(rls), state, functions),
+        f"static const double {p}_lambda = {double(rls.lam)};",
+        f"static const double {p}_D_most = {double(rls.D_most)};",
+        *(array(f"{p}_{name}0", values) for name, values in starts.items() if values),
         "",
-        *_function(init, *_started(p, n, len(above))),
+        *function(init, *_started(p, n, len(above))),
         "",
-        *_function(update, *_predicted(p, n), *_learnt(p, n)),
+        *function(update, *_predicted(p, n), *_learnt(p, n)),
     ]
 
 
@@ -321,50 +323,3 @@ def _learnt(p: str, n: int) -> list[str]:
         "    s->theta[i] += s->b[i] * inverse * eps;",
         "return eps;",
     ]
-
-
-def _function(head: str, *lines: str) -> list[str]:
-    return [head, "{", *(f"    {line}" for line in lines), "}"]
-
-
-def _declared(
-    p: str, about: Iterable[str], state: Mapping[str, str], functions: Mapping[str, str]
-) -> list[str]:
-    """Head, structure and prototypes; the definitions follow, until the last `#endif`."""
-    P = p.upper()
-    return [
-        "/*",
-        *(f" * {line}".rstrip() for line in comment(about)),
-        " */",
-        f"#ifndef {P}_STATE",
-        f"#define {P}_STATE",
-        "",
-        "typedef struct {",
-        *("    " + _said(member, text) for member, text in state.items()),
-        f"}} {p}_state;",
-        "",
-        *(_said(function + ";", text) for function, text in functions.items()),
-        "",
-        "#endif",
-        f"#ifndef {P}_DECLARATIONS",
-        "",
-    ]
-
-
-def _said(code: str, text: str) -> str:
-    return f"{code} /* {text} */" if text else code
-
-
-def _array(name: str, values: Sequence[float]) -> str:
-    return f"static const double {name}[] = {{{', '.join(map(_double, values))}}};"
-
-
-def _text(lines: list[str]) -> str:
-    return "\n".join([*lines, "", "#endif"]) + "\n"
-
-
-def _double(x: float) -> str:
-    """Return a double literal, all its digits."""
-    if not isfinite(x):
-        raise refusal("U01", f"a setting is {x}, must be finite", remedy="pass finite settings")
-    return repr(float(x))

@@ -13,6 +13,7 @@ from plantune import _core
 from plantune.errors import PlantuneError, refusal
 from plantune.estimate import Fit
 from plantune.models import PID, PolyModel, ProcessModel, TransferFunction, c2d
+from plantune.models.hysteresis.base import HysteresisModel
 from plantune.recursive import RLS
 from plantune.tune import Tuning
 from plantune.tune.judge import as_given
@@ -107,6 +108,21 @@ def estimator_about(rls: RLS) -> tuple[str, ...]:
         f"Recursive least squares, {rls.n} parameters, forgetting factor {rls.lam:g}.",
         "It starts from the parameters and the covariance that it had when it was written.",
         _author(),
+    )
+
+
+def hysteresis_about(model: HysteresisModel, units: tuple[str, str]) -> tuple[str, ...]:
+    """Return the lines about a model of hysteresis, or its inverse."""
+    said = str(model).splitlines()
+    found = model.identified
+    return (
+        f"Hysteresis, {model.kind.replace('_', ' ')}: y for an input x, at any sample time.",
+        _author(),
+        f"model       {said[0]}",
+        *(f"            {line}" for line in said[1:]),
+        f"units       {_units(units, 'y').replace('u in', 'x in', 1)}",
+        *([f"fitted      {found.N} rows, largest error {found.worst:.3g}"] if found else []),
+        *(f"doubt       {note}" for note in model.notes),
     )
 
 

@@ -5,6 +5,8 @@ from plantune.plot.bode import bode
 from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
+from plantune.plot.forc import forc
+from plantune.plot.hysteresis import hysteresis
 from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.relay import relay
@@ -12,6 +14,7 @@ from plantune.plot.residuals import residuals
 from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
 from plantune.plot.step import step
+from plantune.plot.step_modes import step_modes
 
 __all__ = [
     "adapt",
@@ -19,6 +22,8 @@ __all__ = [
     "closed_loop",
     "compare",
     "delay",
+    "forc",
+    "hysteresis",
     "margins",
     "record",
     "relay",
@@ -26,4 +31,5 @@ __all__ = [
     "robustness",
     "rules",
     "step",
+    "step_modes",
 ]

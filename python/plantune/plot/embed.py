@@ -1,4 +1,4 @@
-"""Figures inside a page of one's own."""
+"""Figures inside a page of one's own, or on a page alone."""
 
 from __future__ import annotations
 
@@ -42,6 +42,19 @@ def embedded(fig: go.Figure) -> Embedded:
     )
     # plotly writes every "<", ">" and "/" of a text as an escape.
     return Embedded(heading, below, height, str(bare.to_json()))
+
+
+def page(fig: go.Figure) -> str:
+    """Return a page with one figure that works off line.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> rec = pt.Record(u=[0, 1, 1], y=[0, 0, 1], Ts=1.0)
+    >>> "plotly.js" in page(pt.plot.record(rec))
+    True
+    """
+    return str(fig.to_html(include_plotlyjs=True))
 
 
 def library() -> str:

@@ -8,6 +8,7 @@ mod pem;
 mod poly_fit;
 mod process;
 mod sampling;
+mod step_modes;
 
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
@@ -16,3 +17,7 @@ pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
 pub use sampling::sampling;
+pub use step_modes::{
+    Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
+    step_modes,
+};

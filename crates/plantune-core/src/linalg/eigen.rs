@@ -1,6 +1,8 @@
-//! Eigenvalues and exponentials of small matrices.
+//! Eigenvalues, singular vectors and exponentials of small matrices.
 
 use nalgebra::DMatrix;
+
+use super::qr::Triangle;
 
 /// Eigenvalues `(real, imaginary)` of a square matrix, row-major.
 pub fn eigenvalues(a: &[f64], n: usize) -> Vec<(f64, f64)> {
@@ -20,4 +22,12 @@ pub fn symmetric_eigenvalues(a: &[f64], n: usize) -> Vec<f64> {
 pub fn exponential(a: &[f64], n: usize) -> Vec<f64> {
     let e = DMatrix::from_row_slice(n, n, a).exp();
     (0..n * n).map(|ij| e[(ij / n, ij % n)]).collect()
+}
+
+/// Right singular vectors of the matrix behind a triangle, one a row, by falling singular value; `(n, n)`.
+pub fn right_singular_vectors(triangle: &Triangle) -> Vec<f64> {
+    let n = triangle.n();
+    let r = DMatrix::from_fn(n, n, |i, j| triangle.at(i, j));
+    let V = r.svd(false, true).v_t.unwrap_or_else(|| DMatrix::identity(n, n));
+    (0..n * n).map(|ij| V[(ij / n, ij % n)]).collect()
 }

@@ -38,6 +38,11 @@ pub trait Residuals {
 
     /// Cost that is zero but for rounding.
     fn exact(&self) -> f64;
+
+    /// Steps after which a search ends wherever it is.
+    fn most_steps(&self) -> usize {
+        MOST_STEPS
+    }
 }
 
 /// Share by which costs of two points may differ by rounding, where the residual is small against the signals.
@@ -78,7 +83,7 @@ pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Min
     let mut best = Minimum::at(problem, theta)?;
     let mut memory = Memory::default();
     let mut damping = 0.0;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..problem.most_steps() {
         best.converged = best.cost <= problem.exact() || best.slope <= GRADIENT;
         if best.converged {
             break;

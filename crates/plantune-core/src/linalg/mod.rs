@@ -3,9 +3,12 @@
 mod congruence;
 mod draws;
 mod eigen;
+mod forward;
 mod gram;
 mod kernel;
 mod levenberg;
+mod lines;
+mod nnls;
 mod qr;
 mod recursion;
 mod reflect;
@@ -17,14 +20,17 @@ pub use congruence::congruence;
 pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;
-pub use eigen::{eigenvalues, exponential, symmetric_eigenvalues};
+pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};
+pub use forward::forward;
 pub use gram::Gram;
 pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};
+pub use lines::Lines;
+pub use nnls::{NonNegative, nnls};
 pub use qr::{BLOCK, Block, Triangle};
 pub use recursion::Recursion;
 pub use segmented::Segmented;
 pub use simplex::simplex;
-pub use solve::{RankDeficient, Solution, residual_norm2, solve};
+pub use solve::{RankDeficient, Solution, residual_norm2, solve, solve_damped};
 
 pub use nalgebra::Complex;

@@ -2,6 +2,7 @@
 
 mod feedback;
 mod judge;
+mod memory;
 mod plausibility;
 mod residuals;
 mod verdict;

@@ -4,6 +4,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use super::memory::memory;
 use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
@@ -101,7 +102,10 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let (low, high) = extent(&y);
     let rounding = 1e-9 * (high - low);
     let exact = errors.iter().chain(&simulation_errors).all(|e| e.abs() <= rounding);
-    let notes = if exact { Vec::new() } else { notes(rec, &residuals, fit, limits) };
+    let mut notes = if exact { Vec::new() } else { notes(rec, &residuals, fit, limits) };
+    if !notes.is_empty() {
+        notes.extend(memory(model, rec, limits));
+    }
     let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
     Ok(Verdict {
         fit,

@@ -1,6 +1,7 @@
 //! Estimators that learn one sample at a time: compiled classes, since a wrapper would cost more than a sample.
 
 mod family;
+mod inverse_transform;
 mod options;
 mod rls;
 
@@ -8,5 +9,6 @@ use pyo3::prelude::*;
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<rls::Rls>()?;
+    m.add_class::<inverse_transform::InverseTransform>()?;
     family::register(m)
 }
