@@ -73,7 +73,7 @@ pub fn idt_criterion(
     check(rec, options)?;
     check_evenly_sampled(rec, lag, eps)?;
     let y = rec.output_held(0);
-    check_output(rec, &y, limits)?;
+    check_output(rec, &y)?;
     let steps = Steps::of(rec, &y, options.step_at, limits)?.first();
     let scale = Scale::of(&y, true);
     let data = data(rec, &steps, &scale, options.gain);
@@ -227,7 +227,7 @@ fn whole(steps: &Steps, rec: &Record, y: &[f64]) -> Data {
     let first = steps.row.unwrap_or(response.rows.start);
     let rows = first..response.rows.end;
     let t = rows.clone().map(|k| rec.time(k) - rec.time(first)).collect();
-    Data::new(vec![Piece { t, y: y[rows].to_vec(), shared: vec![1.0] }])
+    Data::new(vec![Piece { first: rec.time(first), t, y: y[rows].to_vec(), shared: vec![1.0] }])
 }
 
 /// Level and states at the first row.
