@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Literal, TypeAlias, TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from plantune.adapt.settings import Settings
 from plantune.models import PID, PolyModel, ProcessModel
 from plantune.models.base import LinearModel
-from plantune.models.hysteresis import ChargeLeak, SeriesSlip
+from plantune.models.hysteresis import ChargeLeak, PlayStack, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel
 from plantune.notes import Limits
 from plantune.record import Record
@@ -1005,6 +1005,55 @@ def maxwell_identify(
 
 def hysteresis_direction(x: Floats, y: Floats) -> Fields:
     """Fields of `LoopDirection`."""
+
+def plays_identify(
+    x: Floats, y: Floats, settings: Mapping[str, Any]
+) -> tuple[Fields, Fields, list[str], list[Fields]]:
+    """Fields of the model, those of `Identified`, names of the parameters, notes."""
+
+class PlayLearner:
+    """Weights of a stack of plays, learnt one sample at a time and never negative."""
+
+    def __init__(
+        self,
+        r: ArrayLike,
+        lam: float = 1.0,
+        offset: bool = True,
+        P0: float = 1e8,
+        gate: float | None = None,
+        hold: float = 1e-4,
+    ) -> None: ...
+    def step(self, x: float, y: float) -> float:
+        """Learn a sample; return the error before that."""
+
+    def run(self, x: Floats, y: Floats) -> Floats:
+        """Return the errors (N,): `step` in a loop, to the last bit."""
+
+    @property
+    def model(self) -> PlayStack:
+        """What has been learnt, in the virgin state."""
+
+    @property
+    def w(self) -> Floats:
+        """Weights (n,)."""
+
+    @property
+    def offset(self) -> float: ...
+    @property
+    def sd(self) -> Floats:
+        """Standard deviations (n + 1,) of weights and offset; 0 of what stands at 0."""
+
+    @property
+    def r(self) -> Floats: ...
+    @property
+    def lam(self) -> float: ...
+    @property
+    def gate(self) -> float | None: ...
+    @property
+    def hold(self) -> float: ...
+    @property
+    def seen(self) -> int:
+        """Samples."""
 
 class SeriesSlipLearner:
     """Elements in series, learnt one sample at a time."""

@@ -34,6 +34,41 @@ def test_the_modes_of_a_step_response(step, tmp_path):
     assert one["order"] == 1
 
 
+@pytest.fixture
+def stage(tmp_path):
+    """Two cycles of a piezo stage, as a file."""
+    rec = pt.datasets.piezo_stage(cycles=2)
+    path = tmp_path / "stage.csv"
+    columns = np.c_[rec.u, rec.y]
+    np.savetxt(path, columns, delimiter=",", header="volt,um", comments="", fmt="%.17g")
+    return path
+
+
+def test_loops_are_modelled_drawn_and_saved(stage, tmp_path):
+    given = ("identify", stage, "--u", "volt", "--y", "um", "--Ts", 0.01, "--model", "hysteresis")
+    more = ("--kind", "series", "--out", tmp_path / "x.html", "--save", tmp_path / "x.json")
+    done = plantune(*given, *more)
+    assert done.exit_code == 0, done.output
+    assert "loops counter-clockwise, kind series" in done.stdout
+    assert "2 cycles differ by" in done.stdout
+    assert "plotly.js" in (tmp_path / "x.html").read_text(encoding="utf-8")
+    back = pt.io.load_model(tmp_path / "x.json")
+    rec = pt.datasets.piezo_stage(cycles=2)
+    ours = pt.hysteresis.identify(rec.u[:, 0], rec.y[:, 0], "series").model
+    assert np.array_equal(back.up, ours.up) and np.array_equal(back.down, ours.down)
+    fields = strict_json(plantune(*given, "--elements", 8, "--skip", 400, "--json").stdout)
+    assert fields["kind"] == "asymmetric"
+    assert fields["model"]["identified"]["rms"] < fields["repeatability"]["largest"]
+
+
+@pytest.mark.parametrize("wrong", [("--kind", "magic"), ("--elements", "few")])
+def test_loops_refuse_what_they_do_not_know(stage, wrong):
+    given = ("identify", stage, "--u", "volt", "--y", "um", "--Ts", 0.01, "--model", "hysteresis")
+    done = plantune(*given, *wrong, "--json")
+    assert done.exit_code == 2
+    assert strict_json(done.stdout)["error"]["code"] == "U01"
+
+
 @pytest.mark.parametrize(
     "wrong, code, exit_code",
     [

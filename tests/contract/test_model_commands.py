@@ -92,3 +92,11 @@ def test_wrong_wishes_are_refused(model, options):
     done = plantune("simulate", model, *options, "--json")
     assert done.exit_code == 2
     assert json.loads(done.stdout)["error"]["code"] == "U01"
+
+
+@pytest.mark.parametrize("other", [pt.models.PID(1.0), pt.hysteresis.PlayStack(r=[0], w=[1])])
+def test_what_is_no_plant_is_refused_by_its_name(other, tmp_path):
+    save_model(tmp_path / "other.json", other)
+    done = plantune("simulate", tmp_path / "other.json", "--json")
+    assert done.exit_code == 2
+    assert f"holds a {type(other).__name__}" in json.loads(done.stdout)["error"]["text"]

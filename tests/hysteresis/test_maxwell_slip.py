@@ -63,7 +63,7 @@ def test_a_stack_comes_back_with_its_elements_and_uncertainty():
     model = MaxwellSlip.identify(x, y, r=[0.1, 0.25, 0.5, 1.0, 2.0, 3.0])
     assert model.k == approx([3, 2, 1], rel=1e-9) and model.f == approx([0.3, 1, 2], rel=1e-9)
     assert (model.spring, model.offset) == approx((0.4, 0.3), rel=1e-9)
-    assert model.identified.names == ("k1", "k2", "k3", "spring", "offset")
+    assert model.identified.names == ("k0", "k1", "k2", "spring", "offset")
     z = []
     for seed in range(20):
         noise = np.random.default_rng(seed).normal(0, 0.02, len(x))
@@ -112,7 +112,6 @@ def test_loops_of_plays_and_butterflies_are_sent_on():
         (lambda x: MaxwellSlip(k=[1], f=[0]), UsageError, "U01"),
         (lambda x: MaxwellSlip(k=[1], f=[1], spring=-1), UsageError, "U01"),
         (lambda x: MaxwellSlip(k=[1], f=[1]).inverse(), UsageError, "U01"),
-        (lambda x: MaxwellSlip(k=[1], f=[1], spring=1, offset=2).inverse(), UsageError, "U01"),
     ],
 )
 def test_what_cannot_be_is_refused(call, error, code):

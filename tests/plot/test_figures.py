@@ -76,6 +76,13 @@ def curves():
     return pt.hysteresis.forc(x, relays.simulate(x))
 
 
+def loop():
+    x = 50 - 50 * np.cos(np.linspace(0, 6 * np.pi, 900)) * np.linspace(1, 0.5, 900)
+    stack = pt.hysteresis.PlayStack(r=[0, 5, 20], w=[0.4, 0.1, 0.1])
+    y = stack.simulate(x) + 0.1 * np.random.default_rng(0).normal(size=900)
+    return pt.hysteresis.PlayStack.identify(x, y, n=5), x, y
+
+
 @pytest.fixture(scope="module")
 def figures(rec, fits, verdicts, tuning, response):
     return {
@@ -88,6 +95,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "margins": plot.margins(tuning),
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
+        "hysteresis": plot.hysteresis(*loop(), of=rec),
         "forc": plot.forc(curves(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "relay": plot.relay(*relay_test(noise_sd=0.02)),
         "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 
-from plantune import plot
+from plantune import hysteresis, plot
 from plantune.cli.main import app
 from plantune.cli.options import Json, LimitOption, limits_of
 from plantune.cli.output import print_json, refusing, write_file
 from plantune.cli.reading import Reading, takes_record
 from plantune.errors import refusal
-from plantune.estimate import idt
-from plantune.io import to_json
+from plantune.estimate import StepModes, idt
+from plantune.hysteresis import Loops
+from plantune.hysteresis.identify import KINDS
+from plantune.io import save_model, to_json
 from plantune.plot.embed import page
+from plantune.record import Record
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 _LONGEST = 100  # rows of an array up to which JSON holds it
 
@@ -26,19 +32,32 @@ class Kind(str, Enum):
     """What can be identified."""
 
     idt = "idt"
+    hysteresis = "hysteresis"
 
 
 @app.command()
 @takes_record
 def identify(
     reading: Reading,
-    model: Annotated[Kind, typer.Option(help="idt: the time constants of a step response.")],
+    model: Annotated[
+        Kind,
+        typer.Option(help="idt: the time constants of a step response; hysteresis: loops."),
+    ],
     order: Annotated[str, typer.Option(help="idt: number of poles, or auto.")] = "auto",
     max_order: Annotated[int, typer.Option(help="idt: highest order that auto tries.")] = 4,
     step_at: Annotated[
         float | None, typer.Option(help="idt: time of the step, seconds; found by default.")
     ] = None,
     gain: Annotated[float | None, typer.Option(help="idt: static gain y/u, if known.")] = None,
+    kind: Annotated[str, typer.Option(help=f"hysteresis: {', '.join(KINDS)}.")] = "auto",
+    elements: Annotated[
+        str, typer.Option(help="hysteresis: number of elements, or auto.")
+    ] = "auto",
+    threshold: Annotated[
+        float | None, typer.Option(help="hysteresis, series: error that opens the next element.")
+    ] = None,
+    skip: Annotated[int, typer.Option(help="hysteresis, plays: rows before they are fitted.")] = 0,
+    save: Annotated[Path | None, typer.Option(help="hysteresis: JSON file for the model.")] = None,
     out: Annotated[Path | None, typer.Option(help="HTML file for the figure.")] = None,
     limit: LimitOption = None,
     as_json: Json = False,
@@ -46,12 +65,31 @@ def identify(
     """Identify one model of a record, and say what the data support of it."""
     with refusing(as_json):
         rec = reading.record(limits_of(limit))
-        found = idt(
-            rec, _order(order), step_at=step_at, gain=gain, max_order=max_order, limits=rec.limits
-        )
+        found: StepModes | Loops
+        if model is Kind.idt:
+            found = idt(
+                rec,
+                _count(order, "order"),
+                step_at=step_at,
+                gain=gain,
+                max_order=max_order,
+                limits=rec.limits,
+            )
+        else:
+            x, y = rec.u[:, 0], rec.y[:, 0]
+            n = _count(elements, "elements")
+            found = hysteresis.identify(x, y, kind, n=n, threshold=threshold, skip=skip)
+            if save is not None:
+                save_model(save, found.model)
         if out is not None:
-            write_file(out, page(plot.step_modes(found, of=rec)))
+            write_file(out, page(_drawn(found, rec)))
     show(found, as_json)
+
+
+def _drawn(found: StepModes | Loops, rec: Record) -> go.Figure:
+    if isinstance(found, StepModes):
+        return plot.step_modes(found, of=rec)
+    return plot.hysteresis(found.model, rec.u[:, 0], rec.y[:, 0], of=rec)
 
 
 def show(found: Any, as_json: bool) -> None:
@@ -62,12 +100,12 @@ def show(found: Any, as_json: bool) -> None:
         Console(highlight=False, markup=False).print(str(found), soft_wrap=True)
 
 
-def _order(order: str) -> int | str:
-    if order == "auto" or order.isdecimal():
-        return order if order == "auto" else int(order)
+def _count(given: str, name: str) -> int | str:
+    if given == "auto" or given.isdecimal():
+        return given if given == "auto" else int(given)
     raise refusal(
         "U01",
-        f"`--order` is {order!r}, must be auto or a whole number",
-        where=("order", None, None),
-        remedy="--order auto",
+        f"`--{name}` is {given!r}, must be auto or a whole number",
+        where=(name, None, None),
+        remedy=f"--{name} auto",
     )

@@ -72,7 +72,8 @@ def _plant(file: Path) -> tuple[LinearModel, PID | None]:
         return tuning.model, tuning.controller
     plant = model_of(values)
     if not isinstance(plant, LinearModel):
-        raise refusal("U01", f"{file} holds a controller, must hold a model", remedy="--controller")
+        text = f"{file} holds a {type(plant).__name__}, must hold a linear model"
+        raise refusal("U01", text, remedy="a controller goes to --controller")
     return plant, None
 
 

@@ -46,8 +46,9 @@ def c_source(
 
     Parameters
     ----------
-    what : Tuning, PID, Fit, ProcessModel, TransferFunction, PolyModel, RLS or SeriesSlip
-        A controller, a plant of one input, an estimator, or a model of hysteresis.
+    what : Tuning, PID, Fit, ProcessModel, TransferFunction, PolyModel, RLS or model of hysteresis
+        A controller, a plant of one input, an estimator; or a `SeriesSlip`, `PlayStack`,
+        `AsymmetricStack`, `AsymmetricInverse` or `MaxwellSlip`.
     Ts : float, optional
         Sample time, seconds; needed where `what` has none of its own.
     u_min, u_max : float, optional

@@ -1,16 +1,20 @@
 """Hysteresis: models, operators sample by sample, inverses, identification."""
 
-from plantune._core import Cmac, SeriesSlipLearner, Stream
+from plantune._core import Cmac, PlayLearner, SeriesSlipLearner, Stream
 from plantune.hysteresis.cycles import Cycles, Repeatability, cycles, repeatability
 from plantune.hysteresis.direction import LoopDirection, loop_direction
 from plantune.hysteresis.forc import Forc, forc
+from plantune.hysteresis.identify import Loops, identify
 from plantune.hysteresis.track import Tracking, track
 from plantune.models.hysteresis import (
+    AsymmetricInverse,
+    AsymmetricStack,
     BoucWen,
     BoucWenForce,
     ChargeLeak,
     Creep,
     CreepInverse,
+    EvenStack,
     MaxwellSlip,
     PlayStack,
     Preisach,
@@ -19,6 +23,8 @@ from plantune.models.hysteresis import (
 )
 
 __all__ = [
+    "AsymmetricInverse",
+    "AsymmetricStack",
     "BoucWen",
     "BoucWenForce",
     "ChargeLeak",
@@ -26,9 +32,12 @@ __all__ = [
     "Creep",
     "CreepInverse",
     "Cycles",
+    "EvenStack",
     "Forc",
     "LoopDirection",
+    "Loops",
     "MaxwellSlip",
+    "PlayLearner",
     "PlayStack",
     "Preisach",
     "PreisachInverse",
@@ -39,6 +48,7 @@ __all__ = [
     "Tracking",
     "cycles",
     "forc",
+    "identify",
     "loop_direction",
     "repeatability",
     "track",

@@ -17,6 +17,7 @@ from plantune import models
 from plantune.errors import PlantuneError, refusal
 from plantune.io.file import contents
 from plantune.io.table import short
+from plantune.models import hysteresis
 
 
 def to_json(value: Any, longest: int | None = None) -> Any:
@@ -106,6 +107,8 @@ def write_text(path: str | PathLike[str], text: str) -> None:
 def save_model(path: str | PathLike[str], model: Any) -> None:
     """Write a model or controller of `plantune.models`; `load_model` reads it back.
 
+    Of a model of hysteresis its parameters are written, not how it was identified.
+
     Raises
     ------
     UsageError
@@ -126,9 +129,12 @@ def save_model(path: str | PathLike[str], model: Any) -> None:
             f"a {type(model).__name__} is no model",
             remedy="save one of " + ", ".join(cls.__name__ for cls in _classes().values()),
         )
-    values = to_json(model)
+    values: dict[str, Any] = {"kind": model.kind}
     for field in dataclasses.fields(model):
+        if not field.repr:
+            continue
         number = getattr(model, field.name)
+        values[field.name] = to_json(number)
         lost = values[field.name] is None and number is not None and number != field.default
         if lost or _holds_null(values[field.name]):
             raise refusal(
@@ -216,8 +222,9 @@ def model_of(values: Any) -> Any:
 
 
 def _classes() -> dict[str, Any]:
-    """Every class of `plantune.models` by its `kind`."""
-    classes = [value for value in vars(models).values() if dataclasses.is_dataclass(value)]
+    """Every class of `plantune.models`, and of those of hysteresis, by its `kind`."""
+    named = [*vars(models).values(), *vars(hysteresis).values()]
+    classes = [value for value in named if dataclasses.is_dataclass(value)]
     return {cls.kind: cls for cls in classes if hasattr(cls, "kind")}
 
 

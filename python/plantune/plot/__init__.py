@@ -6,6 +6,7 @@ from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
 from plantune.plot.forc import forc
+from plantune.plot.hysteresis import hysteresis
 from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.relay import relay
@@ -22,6 +23,7 @@ __all__ = [
     "compare",
     "delay",
     "forc",
+    "hysteresis",
     "margins",
     "record",
     "relay",

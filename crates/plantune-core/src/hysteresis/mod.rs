@@ -2,20 +2,27 @@
 //!
 //! A model holds parameters; [`Model::start`] gives the operator in its virgin state. `run` is `step` in a loop.
 
+mod asymmetric;
 mod bouc_wen;
 mod cmac;
 mod creep;
 mod cycles;
+mod dead_zones;
+mod even;
 mod feed_forward;
 mod maxwell_slip;
 mod misfit;
 mod play;
+mod play_identify;
+mod play_learner;
+mod play_states;
 mod plays;
 mod preisach;
 mod series_slip;
 mod slip_identify;
 mod slip_learner;
 
+pub use asymmetric::AsymmetricStack;
 pub use bouc_wen::{
     BoucWen, BoucWenFit, BoucWenForce, BoucWenSettings, ForceFit, Hold, identify_bouc_wen, identify_force,
     initial_state, simulate as simulate_bouc_wen,
@@ -23,12 +30,16 @@ pub use bouc_wen::{
 pub use cmac::{Cmac, CmacSettings};
 pub use creep::{ChargeLeak, Creep, CreepFit, CreepSettings, identify_creep};
 pub use cycles::{Cycles, Repeatability, cycles, repeatability};
+pub use dead_zones::DeadZones;
+pub use even::EvenStack;
 pub use feed_forward::{TrackRun, Tracking, track};
 pub use maxwell_slip::{
     LoopDirection, MaxwellFit, MaxwellSettings, MaxwellSlip, identify_maxwell, loop_direction,
 };
 pub use misfit::Misfit;
 pub use play::PlayStack;
+pub use play_identify::{Form, PlayFit, PlaySettings, identify_plays};
+pub use play_learner::{PlayLearner, PlayLearnerSettings};
 pub use preisach::{
     Forc, Preisach, PreisachFit, PreisachSettings, Start, everett_of_mu, forc, identify_preisach,
     mu_of_everett,
@@ -38,6 +49,7 @@ pub use slip_identify::{LearntSlip, identify_slip};
 pub use slip_learner::{SlipLearner, SlipSettings};
 
 use crate::error::{Error, Result};
+use asymmetric::Order;
 
 /// What remembers: one sample in, one out.
 pub trait Operator: Send + Sync {
@@ -61,6 +73,12 @@ pub trait Operator: Send + Sync {
 pub enum Model {
     /// Weighted plays.
     PlayStack(PlayStack),
+    /// Weighted plays seen through a monotone curve.
+    Asymmetric(AsymmetricStack),
+    /// The same, curve first: what undoes it.
+    AsymmetricInverse(AsymmetricStack),
+    /// Weighted plays on the input and on its magnitude.
+    Even(EvenStack),
     /// Elements in series, one group per direction.
     SeriesSlip(SeriesSlip),
     /// Weighted relays.
@@ -86,6 +104,8 @@ impl Model {
     pub fn check(&self) -> Result<()> {
         match self {
             Model::PlayStack(m) => m.check(),
+            Model::Asymmetric(m) | Model::AsymmetricInverse(m) => m.check(),
+            Model::Even(m) => m.check(),
             Model::SeriesSlip(m) => m.check(),
             Model::Preisach(m) => m.check(),
             Model::PreisachInverse(m) => m.check().and_then(|()| m.check_inverse()),
@@ -103,6 +123,9 @@ impl Model {
         self.check()?;
         Ok(match self {
             Model::PlayStack(m) => Box::new(m.start()),
+            Model::Asymmetric(m) => Box::new(m.start(Order::PlaysFirst)),
+            Model::AsymmetricInverse(m) => Box::new(m.start(Order::CurveFirst)),
+            Model::Even(m) => Box::new(m.start()),
             Model::SeriesSlip(m) => Box::new(m.start()),
             Model::Preisach(m) => m.start(),
             Model::PreisachInverse(m) => m.start_inverse()?,
@@ -125,6 +148,9 @@ impl Model {
         self.check()?;
         match self {
             Model::PlayStack(m) => Ok(Model::PlayStack(m.inverse()?)),
+            Model::Asymmetric(m) => Ok(Model::AsymmetricInverse(m.inverse()?)),
+            Model::AsymmetricInverse(m) => Ok(Model::Asymmetric(m.inverse()?)),
+            Model::Even(m) => Err(m.inverse()),
             Model::SeriesSlip(m) => Ok(Model::SeriesSlip(m.inverse()?)),
             Model::Preisach(m) => m.check_inverse().map(|()| Model::PreisachInverse(m.clone())),
             Model::PreisachInverse(m) => Ok(Model::Preisach(m.clone())),

@@ -165,7 +165,7 @@ mod tests {
 
     fn stack(n: usize) -> PlayStack {
         let w = white(n, 7);
-        PlayStack { r: (0..n).map(|i| 0.03 * i as f64).collect(), w, offset: -0.5 }
+        PlayStack::virgin((0..n).map(|i| 0.03 * i as f64).collect(), w, -0.5)
     }
 
     /// Every number of plays that fills registers or does not, and records that fill tiles or do not.

@@ -3,6 +3,7 @@
 mod congruence;
 mod draws;
 mod eigen;
+mod forward;
 mod gram;
 mod kernel;
 mod levenberg;
@@ -20,6 +21,7 @@ pub use draws::normal_draws;
 #[cfg(test)]
 pub use draws::white;
 pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};
+pub use forward::forward;
 pub use gram::Gram;
 pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};
 pub use levenberg::{Minimum, Residuals, TIE, minimise};

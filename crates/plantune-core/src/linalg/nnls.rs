@@ -57,7 +57,7 @@ pub fn nnls(
 }
 
 /// The columns that are in, as the first ones of a triangle.
-struct Set<'f> {
+pub(super) struct Set<'f> {
     m: usize,
     a: Vec<f64>, // (n + 1, m) by columns, scaled; the last one the right-hand side
     scale: Vec<f64>,
@@ -68,7 +68,7 @@ struct Set<'f> {
 }
 
 impl<'f> Set<'f> {
-    fn new(triangle: &Triangle, columns: &[usize], free: &'f [bool], rhs: usize) -> Self {
+    pub(super) fn new(triangle: &Triangle, columns: &[usize], free: &'f [bool], rhs: usize) -> Self {
         let m = columns.iter().copied().chain([rhs]).max().map_or(0, |c| c + 1);
         let mut a: Vec<f64> =
             columns.iter().chain([&rhs]).flat_map(|&c| (0..m).map(move |i| triangle.at(i, c))).collect();
@@ -90,7 +90,7 @@ impl<'f> Set<'f> {
     }
 
     /// Takes column `j` in, if it brings something new.
-    fn enter(&mut self, j: usize) -> bool {
+    pub(super) fn enter(&mut self, j: usize) -> bool {
         let p = self.inside.len();
         if p >= self.m || self.inside.contains(&j) {
             return false;
@@ -165,6 +165,17 @@ impl<'f> Set<'f> {
                 }
             }
         }
+    }
+
+    /// By how much column `j` would lower the sum of squares; 0 if it brings nothing new.
+    pub(super) fn gain(&self, j: usize) -> f64 {
+        let p = self.inside.len();
+        if p >= self.m || self.inside.contains(&j) {
+            return 0.0;
+        }
+        let (a, b) = (&self.column(j)[p..], &self.rhs()[p..]);
+        let rest = norm(a);
+        if rest <= NEW { 0.0 } else { (a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() / rest).powi(2) }
     }
 
     /// The column along which the sum of squares falls fastest.

@@ -89,7 +89,7 @@ impl Triangle {
     }
 
     /// From its rows, which hold nothing below the diagonal that counts.
-    pub(super) fn of_upper(n: usize, mut r: Vec<f64>) -> Self {
+    pub fn of_upper(n: usize, mut r: Vec<f64>) -> Self {
         (1..n).for_each(|i| r[i * n..][..i].fill(0.0));
         Triangle { n, r }
     }
@@ -128,6 +128,21 @@ impl Triangle {
         }
     }
 
+    /// Weighs all rows so far by `lambda` and rotates one more in, which is used up. Allocates nothing.
+    pub fn learn(&mut self, lambda: f64, row: &mut [f64]) {
+        let fade = lambda.sqrt();
+        for (i, r) in self.r.chunks_exact_mut(self.n).enumerate() {
+            let (above, below) = (fade * r[i], row[i]);
+            let length = above.hypot(below);
+            let (c, s) = if length > 0.0 { (fade * above / length, below / length) } else { (fade, 0.0) };
+            let (c_row, s_row) =
+                if length > 0.0 { (above / length, fade * below / length) } else { (1.0, 0.0) };
+            for (r, x) in r[i..].iter_mut().zip(&mut row[i..]) {
+                (*r, *x) = (c * *r + s * *x, c_row * *x - s_row * *r);
+            }
+        }
+    }
+
     /// Absorbs every row that `rows` pushes into the block it is given.
     pub fn of_rows<'r>(n: usize, rows: impl Iterator<Item = &'r [f64]>) -> Self {
         let mut triangle = Triangle::new(n);
@@ -158,6 +173,23 @@ mod tests {
                 let ours: f64 = (0..n).map(|k| r.at(k, i) * r.at(k, j)).sum();
                 assert!((gram - ours).abs() < 1e-11 * rows.len() as f64, "{i} {j}");
             }
+        }
+    }
+
+    /// Rows learnt one by one with forgetting are those rows, weighed, taken at once.
+    #[test]
+    fn learning_is_absorbing_weighed_rows() {
+        let (n, N, lambda) = (4, 50, 0.9_f64);
+        let entry = |k: usize, j: usize| ((k * (j + 3) + j * j) as f64 * 0.37).sin();
+        let mut learnt = Triangle::new(n);
+        for k in 0..N {
+            learnt.learn(lambda, &mut (0..n).map(|j| entry(k, j)).collect::<Vec<_>>());
+        }
+        let weight = |k: usize| lambda.powf(0.5 * (N - 1 - k) as f64);
+        let rows: Vec<Vec<f64>> = (0..N).map(|k| (0..n).map(|j| weight(k) * entry(k, j)).collect()).collect();
+        let r = Triangle::of_rows(n, rows.iter().map(Vec::as_slice));
+        for (i, j) in (0..n * n).map(|ij| (ij / n, ij % n)) {
+            assert!((learnt.at(i, j).abs() - r.at(i, j).abs()).abs() < 1e-13, "{i} {j}");
         }
     }
 

@@ -6,6 +6,8 @@ mod creep;
 mod cycles;
 mod identified;
 mod maxwell_slip;
+mod play_learner;
+mod plays;
 mod preisach;
 mod slip;
 mod stream;
@@ -13,11 +15,11 @@ mod track;
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Error;
-use plantune_core::hysteresis::{Model, PlayStack};
+use plantune_core::hysteresis::Model;
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
-use crate::values::{Array, Frozen, array};
+use crate::values::{Array, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_class::<stream::Stream>()?;
@@ -26,7 +28,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     bouc_wen::register(m)?;
     maxwell_slip::register(m)?;
     m.add_class::<cmac::Cmac>()?;
-    for register in [preisach::register, creep::register, track::register] {
+    m.add_class::<play_learner::PlayLearner>()?;
+    for register in [plays::register, preisach::register, creep::register, track::register] {
         register(m)?;
     }
     m.add_function(wrap_pyfunction!(hysteresis_check, m)?)?;
@@ -37,13 +40,6 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 /// Any hysteresis model of `plantune.models`, by attribute.
 pub struct HysteresisIn(pub Model);
 
-#[derive(FromPyObject)]
-struct PlayStackIn {
-    r: Vec<f64>,
-    w: Vec<f64>,
-    offset: f64,
-}
-
 impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
     type Error = PyErr;
 
@@ -51,10 +47,10 @@ impl<'py> FromPyObject<'_, 'py> for HysteresisIn {
         let kind: String =
             value.getattr("kind").and_then(|k| k.extract()).map_err(|_| not_a_model(&value))?;
         Ok(HysteresisIn(match kind.as_str() {
-            "play_stack" => {
-                let PlayStackIn { r, w, offset } = value.extract()?;
-                Model::PlayStack(PlayStack { r, w, offset })
-            }
+            "play_stack" => Model::PlayStack(value.extract::<plays::PlayStackIn>()?.into()),
+            "asymmetric_stack" => Model::Asymmetric(value.extract::<plays::AsymmetricIn>()?.into()),
+            "asymmetric_inverse" => Model::AsymmetricInverse(value.extract::<plays::AsymmetricIn>()?.into()),
+            "even_stack" => Model::Even(value.extract::<plays::EvenIn>()?.into()),
             "series_slip" => Model::SeriesSlip(slip::read(&value)?),
             "preisach" => Model::Preisach(value.extract::<preisach::PreisachIn>()?.core()?),
             "preisach_inverse" => Model::PreisachInverse(value.extract::<preisach::PreisachIn>()?.core()?),
@@ -77,7 +73,9 @@ fn not_a_model(value: &Borrowed<'_, '_, PyAny>) -> PyErr {
 /// A model as the dict from which Python builds its value.
 #[derive(IntoPyObject)]
 pub enum HysteresisOut {
-    PlayStack { r: Frozen, w: Frozen, offset: f64 },
+    PlayStack(plays::PlayStackOut),
+    Asymmetric(plays::AsymmetricOut),
+    Even(plays::EvenOut),
     SeriesSlip { up: Vec<(f64, f64, f64)>, down: Vec<(f64, f64, f64)> },
     Preisach(preisach::PreisachOut),
     Creep(creep::CreepOut),
@@ -90,9 +88,9 @@ pub enum HysteresisOut {
 impl From<Model> for HysteresisOut {
     fn from(model: Model) -> Self {
         match model {
-            Model::PlayStack(PlayStack { r, w, offset }) => {
-                HysteresisOut::PlayStack { r: Frozen(r), w: Frozen(w), offset }
-            }
+            Model::PlayStack(m) => HysteresisOut::PlayStack(m.into()),
+            Model::Asymmetric(m) | Model::AsymmetricInverse(m) => HysteresisOut::Asymmetric(m.into()),
+            Model::Even(m) => HysteresisOut::Even(m.into()),
             Model::SeriesSlip(m) => {
                 HysteresisOut::SeriesSlip { up: slip::rows(&m.up), down: slip::rows(&m.down) }
             }

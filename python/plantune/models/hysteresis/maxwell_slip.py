@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from plantune import _core
 from plantune.models.hysteresis.base import HysteresisModel, Identified, column, frozen
 from plantune.models.hysteresis.play_stack import PlayStack
+from plantune.models.hysteresis.printed import elements
 from plantune.record import Floats
 
 
@@ -76,14 +77,16 @@ class MaxwellSlip(HysteresisModel):
         Raises
         ------
         UsageError
-            No spring: where all blocks slip, no force tells where (U01).  An offset: take the
-            inverse of the model without it, and run it on `y - offset` (U01).
+            No spring: where all blocks slip, no force tells where (U01).
 
         Examples
         --------
         >>> import plantune as pt
-        >>> pt.hysteresis.MaxwellSlip(k=[1], f=[1], spring=1).inverse()
-        PlayStack(r=array([0., 2.]), w=array([0.5, 0.5]), offset=0.0)
+        >>> print(pt.hysteresis.MaxwellSlip(k=[1], f=[1], spring=1).inverse())
+        y = offset + sum w z,  z(t) = max(x - r, min(x + r, z(t-1)))
+             r    w
+          0  0  0.5
+          1  2  0.5
         """
         return PlayStack(**_core.hysteresis_inverse(self))
 
@@ -145,6 +148,10 @@ class MaxwellSlip(HysteresisModel):
         model, how = _core.maxwell_identify(
             column(x, "x"), column(y, "y"), count, thresholds, bool(offset)
         )
-        names = (*(f"k{i + 1}" for i in range(len(model["k"]))), "spring", "offset")
+        names = (*(f"k{i}" for i in range(len(model["k"]))), "spring", "offset")
         tried = tuple(how.pop("tried"))
         return cls(**model, identified=Identified(**how, tried=tried, names=names))
+
+    def __str__(self) -> str:
+        equation = "y = offset + spring x + sum F,  F = k (x - x_b) within ±f"
+        return elements(self, equation, ("k", "f"))

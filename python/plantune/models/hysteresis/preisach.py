@@ -45,21 +45,6 @@ class _Relays(HysteresisModel):
         _core.hysteresis_check(self)
         object.__setattr__(self, "everett", _kept(_core.preisach_everett(mu)))
 
-    def same_as(self, other: Any) -> bool:
-        """Whether the other model has the same class and numbers.
-
-        Examples
-        --------
-        >>> import plantune as pt
-        >>> relay = pt.hysteresis.Preisach(levels=[-1, 1], mu=[[2.0]])
-        >>> relay.same_as(relay.inverse()), relay.same_as(relay.inverse().inverse())
-        (False, True)
-        """
-        return type(self) is type(other) and all(
-            np.array_equal(getattr(self, name), getattr(other, name))
-            for name in ("levels", "mu", "offset", "start")
-        )
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Preisach(_Relays):

@@ -42,7 +42,7 @@ pub struct Creep {
 
 impl Creep {
     fn plays(&self) -> PlayStack {
-        PlayStack { r: self.r.clone(), w: self.w.clone(), offset: 0.0 }
+        PlayStack::virgin(self.r.clone(), self.w.clone(), 0.0)
     }
 
     pub(super) fn check(&self) -> Result<()> {

@@ -71,7 +71,7 @@ impl MaxwellSlip {
                 *w -= k;
             }
         }
-        PlayStack { r, w, offset: self.offset }
+        PlayStack::virgin(r, w, self.offset)
     }
 
     /// The stack of plays that finds x.
@@ -79,10 +79,6 @@ impl MaxwellSlip {
         if self.spring <= 0.0 {
             return Err(Error::argument("spring", self.spring, "positive, or no inverse exists")
                 .remedy("where all blocks slip the force stays the same: fit a spring beside them"));
-        }
-        if self.offset != 0.0 {
-            return Err(Error::argument("offset", self.offset, "0 for an inverse")
-                .remedy("take the inverse of the model with offset=0, and run it on y - offset"));
         }
         self.plays().inverse()
     }
