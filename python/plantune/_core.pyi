@@ -360,7 +360,7 @@ def idt_criterion(
     eps: float,
     limits: Limits,
 ) -> Fields:
-    """Poles by criterion (15) of source 003."""
+    """Fields of `IdtCriterion` but `source`; poles by criterion (15) of source 003."""
 
 def step_modes(
     rec: Record,
@@ -389,10 +389,16 @@ class InverseTransform:
         differentiation: bool = False,
     ) -> None: ...
     def step(self, y: float) -> float:
-        """Take one sample of `y` and return the input; NaN before the window is full."""
+        """Take one sample of `y` and return the input; NaN before the window is full.
+
+        A sample that is refused changes nothing.
+        """
 
     def run(self, y: Sequence[float] | Floats) -> Floats:
         """Take samples (N,) and return the inputs (N,): `step` in a loop, to the last bit."""
+
+    def restart(self) -> None:
+        """Forget all samples, as after a gap: NaN until the window is full again."""
 
     @property
     def order(self) -> int:

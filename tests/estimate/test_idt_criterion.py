@@ -106,6 +106,88 @@ def test_noise_is_refused_before_it_moves_a_time_constant_by_a_hundredth():
     assert given >= 16
 
 
+def random_response(rng, N=401):
+    """Return poles of one to three lags, or of a lag and a pair, and a response from any state."""
+    k = int(rng.integers(1, 4))
+    T = np.exp(rng.uniform(np.log(0.5), np.log(8)) + np.arange(k) * rng.uniform(0.4, 0.8))
+    poles = list(-1 / T + 0j)
+    if k > 1 and rng.random() < 0.4:
+        w = rng.uniform(0.5, 5)
+        poles[:2] = [w * (-0.3 + 1j), w * (-0.3 - 1j)]
+    t, b = 0.1 * np.arange(N), rng.normal(size=k) + 1j * rng.normal(size=k)
+    upper = [(bi, p) for bi, p in zip(b, poles, strict=True) if p.imag >= 0]
+    y = 1 + sum((bi * np.exp(p * t)).real * (1 + (p.imag > 0)) for bi, p in upper)
+    return sorted(poles, key=lambda p: (p.real, p.imag)), y
+
+
+def test_digits_are_true_on_plants_at_random():
+    """White noise of 1e-9 to 1e-3 of the travel: hardly an error beyond what the digits say."""
+    errors = []
+    for seed in range(120):
+        rng = np.random.default_rng(seed)
+        poles, y = random_response(rng)
+        noise = 10.0 ** rng.uniform(-9, -3) * np.ptp(y) * rng.normal(size=len(y))
+        rec = pt.Record(u=np.ones(len(y)), y=y + noise, Ts=0.1)
+        try:
+            found = pt.estimate.idt_criterion(rec)
+        except (NumericsError, NotIdentifiable):
+            continue
+        assert [note.code for note in found.notes] in (["X01"], ["N04", "X01"])
+        if found.order == len(poles):
+            got = sorted(found.poles, key=lambda p: (p.real, p.imag))
+            error = max(abs(p - q) / abs(q) for p, q in zip(got, poles, strict=True))
+            errors.append(error * 10**found.digits)
+    assert len(errors) > 60
+    assert np.mean(np.array(errors) > 1) < 0.03 and max(errors) < 2
+
+
+def test_a_long_record_is_no_noisier_for_its_length():
+    n = 30_001
+    found = pt.estimate.idt_criterion(three_lags(dt=40 / n, n=n))
+    assert found.T == pytest.approx(T_16, rel=1e-9) and found.rms < 1e-13
+
+
+def test_rows_that_do_not_count_are_not_closed_up():
+    y, valid = three_lags(before=10).y[:, 0], np.ones(N + 10, bool)
+    valid[[40, 150, 151, 152, 300]] = False
+    u = np.repeat([0.0, 1.0], [10, N])
+    rec = pt.Record(u=u, y=np.where(valid, y, np.nan), Ts=0.1, valid=valid)
+    found = pt.estimate.idt_criterion(rec)
+    assert found.T == pytest.approx(T_16, rel=1e-9)
+    assert found.gain == pytest.approx(1.0, abs=1e-9)
+
+
+def test_notes_say_what_is_not_known():
+    rng = np.random.default_rng(0)
+    rec = three_lags(before=10)
+    assert pt.estimate.idt_criterion(rec).notes == ()
+    (start,) = pt.estimate.idt_criterion(three_lags()).notes
+    assert start.code == "X01"
+    noisy = pt.Record(u=rec.u, y=rec.y[:, 0] + 1e-7 * rng.normal(size=rec.N), Ts=0.1)
+    (left,) = pt.estimate.idt_criterion(noisy).notes
+    assert left.code == "N04" and "idt" in left.remedy
+    assert left.measured == pytest.approx(1e-7, rel=0.2) and left.limit < 1.1e-9
+    assert str(left) in str(pt.estimate.idt_criterion(noisy))
+    changed = pt.estimate.idt_criterion(rec, limits=pt.Limits(X01=1e-7))
+    assert [note.code for note in changed.notes] == ["X01"]
+
+
+@pytest.mark.parametrize(("order", "code"), [(2, "N04"), (4, "X02"), (5, "X02")])
+def test_an_order_that_is_not_the_plants_is_refused(order, code):
+    with pytest.raises((NumericsError, NotIdentifiable)) as refused:
+        pt.estimate.idt_criterion(three_lags(), order=order)
+    assert refused.value.code == code
+
+
+def test_equal_time_constants_lose_digits_and_say_so():
+    t = 0.1 * np.arange(N)
+    for y in (1 - (1 + t / 2) * np.exp(-t / 2), 1 - (1 + t / 2 + t**2 / 8) * np.exp(-t / 2)):
+        found = pt.estimate.idt_criterion(pt.Record(u=np.ones(N), y=y, Ts=0.1))
+        error = np.abs(found.poles / -0.5 - 1).max()
+        assert found.digits < 8 and error < 3 * 10**-found.digits
+        assert np.mean(found.poles) == pytest.approx(-0.5, rel=1e-8)
+
+
 def test_first_order_under_noise_as_the_closed_form_says():
     """One root, K known: (15) gives (rho(1 - rho) - a)/(1 - rho + a), a = N s^2/S0."""
     t, T, s = 0.1 * np.arange(201), 2.0, 0.003
@@ -130,7 +212,17 @@ def test_first_order_under_noise_as_the_closed_form_says():
 
 @pytest.mark.parametrize(
     ("more", "name"),
-    [({"order": 7}, "order"), ({"lag": 0}, "lag"), ({"eps": 0.0}, "eps"), ({"gain": 0.0}, "gain")],
+    [
+        ({"order": 7}, "order"),
+        ({"order": 3.0}, "order"),
+        ({"order": "free"}, "order"),
+        ({"lag": 0}, "lag"),
+        ({"lag": -1}, "lag"),
+        ({"lag": 10**15}, "lag"),
+        ({"max_order": 0}, "max_order"),
+        ({"eps": 0.0}, "eps"),
+        ({"gain": 0.0}, "gain"),
+    ],
 )
 def test_arguments_that_are_none_are_refused(more, name):
     with pytest.raises(UsageError, match=f"`{name}`"):

@@ -97,8 +97,36 @@ def test_run_is_step_in_a_loop_and_a_copy_goes_on():
         (([-1.0], 0.0), "Ts"),
         (([-1.0], DT, 0.0), "gain"),
         (([-1.0], DT, 1.0, 0), "lag"),
+        (([-1.0], DT, 1.0, -1), "lag"),
+        (([-1.0], DT, 1.0, 10**12), "lag"),
+        (([2j * np.pi / DT, -2j * np.pi / DT], DT), "poles"),  # a root of 1: as an integrator
+        (([-1e-20], DT), "poles"),
+        (([1e5], DT), "poles"),
     ],
 )
 def test_what_is_no_operator_is_refused(arguments, name):
     with pytest.raises(UsageError, match=f"`{name}`"):
         InverseTransform(*arguments)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_a_sample_that_is_none_is_refused_and_changes_nothing(bad):
+    y = response(MANY)
+    back, other = InverseTransform(MANY, DT), InverseTransform(MANY, DT)
+    back.run(y[:50])
+    other.run(y[:50])
+    with pytest.raises(UsageError, match="`y`"):
+        back.step(bad)
+    with pytest.raises(UsageError, match="row 1"):
+        back.run([1.0, bad])
+    assert back.run(y[50:]).tolist() == other.run(y[50:]).tolist()
+
+
+def test_after_a_gap_it_waits_for_a_full_window():
+    y, J = response(MANY), len(MANY)
+    back = InverseTransform(MANY, DT)
+    back.run(y[:50])
+    back.restart()
+    x = back.run(y[90:])
+    assert np.isnan(x[:J]).all()
+    assert x[J:].tolist() == InverseTransform(MANY, DT).run(y[90:])[J:].tolist()

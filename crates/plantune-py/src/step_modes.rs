@@ -193,6 +193,7 @@ struct CriterionOut<'py> {
     digits: f64,
     tried: Vec<(usize, Option<(usize, f64)>)>,
     rows: (i64, i64),
+    notes: Vec<NoteOut>,
 }
 
 /// Poles by criterion (15) of source 003.
@@ -227,5 +228,6 @@ fn idt_criterion<'py>(
         digits: found.digits,
         tried: found.tried,
         rows: (row(found.rows.0), row(found.rows.1)),
+        notes: notes(&found.notes),
     })
 }

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plantune import _core
-from plantune.errors import refusal
-from plantune.notes import DEFAULT_LIMITS, Limits
+from plantune.estimate.orders import whole
+from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record
 from plantune.text import number, table
 
@@ -47,6 +47,8 @@ class IdtCriterion:
         The orders, rising.
     rows : (first, last)
         Original rows used.
+    notes : tuple of Note
+        Doubts: more left than `eps` (N04), a start that is not known (X01, X07).
     source : str
         Fingerprint of the record.
 
@@ -71,6 +73,7 @@ class IdtCriterion:
     digits: float
     tried: tuple[Rise, ...]
     rows: tuple[int, int]
+    notes: tuple[Note, ...]
     source: str
 
     @property
@@ -102,6 +105,7 @@ class IdtCriterion:
             said += [f"zeros {', '.join(_complex(z) for z in self.zeros)} 1/s"]
         if self.gain is not None:
             said += [f"gain {self.gain:.6g}"]
+        said += [str(note) for note in self.notes]
         return "\n  ".join(line.rstrip() for line in said)
 
 
@@ -132,6 +136,10 @@ def idt_criterion(
     follow from one linear problem per order and lag.  The initial state does not matter.  Noise
     does: it moves every time constant towards zero, so this serves simulated or very clean records
     and is refused on others; `idt` serves them all.
+
+    How far noise moves the poles is measured: what is left of y is taken for white noise, as much
+    is added again to the squares, and each row of the triangle is shaken by its size.  `digits`
+    counts the move and twice the scatter together; fewer than two are refused.
 
     Parameters
     ----------
@@ -182,15 +190,11 @@ def idt_criterion(
     >>> found.poles.round(6), round(found.gain, 9)
     (array([-2.-9.797959j, -2.+9.797959j]), 20.0)
     """
-    if order != "auto" and not (isinstance(order, int) and not isinstance(order, bool)):
-        raise refusal(
-            "U01",
-            f"`order` is {order!r}, must be 'auto' or a whole number",
-            where=("order", None, None),
-            remedy='order="auto"',
-        )
     limits = limits or rec.limits or DEFAULT_LIMITS
-    asked = None if isinstance(order, str) else order
-    d = _core.idt_criterion(rec, asked, max_order, step_at, gain, lag, eps, limits)
+    asked = None if isinstance(order, str) and order == "auto" else whole("order", order)
+    lag = None if lag is None else whole("lag", lag)
+    most = whole("max_order", max_order)
+    d = _core.idt_criterion(rec, asked, most, step_at, gain, lag, eps, limits)
     tried = tuple(Rise(k, *(best or (None, None))) for k, best in d["tried"])
-    return IdtCriterion(**{**d, "tried": tried}, source=rec.source)
+    notes = (*notes_from_core(d["notes"]), *limits.changes())
+    return IdtCriterion(**{**d, "tried": tried, "notes": notes}, source=rec.source)

@@ -34,16 +34,17 @@ def orders(
 ) -> Orders:
     """Return checked orders for `nu` inputs (U01)."""
     return Orders(
-        _whole("na", na),
+        whole("na", na),
         _per_input("nb", nb, nu),
-        _whole("nc", nc),
-        _whole("nd", nd),
+        whole("nc", nc),
+        whole("nd", nd),
         _per_input("nf", nf, nu),
         _per_input("nk", nk, nu),
     )
 
 
-def _whole(name: str, value: object) -> int:
+def whole(name: str, value: object) -> int:
+    """Return a checked whole number, zero or more (U01)."""
     if type(value) is int and value >= 0:
         return value
     if not isinstance(value, bool) and hasattr(value, "__index__") and value.__index__() >= 0:
@@ -53,5 +54,5 @@ def _whole(name: str, value: object) -> int:
 
 def _per_input(name: str, value: PerInput, nu: int) -> list[int]:
     if type(value) is not int and isinstance(value, Sequence):
-        return [_whole(name, v) for v in value]
-    return [_whole(name, value)] * nu
+        return [whole(name, v) for v in value]
+    return [whole(name, value)] * nu

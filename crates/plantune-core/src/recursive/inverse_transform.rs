@@ -9,6 +9,8 @@
 //! those of the sections every `x` is the static gain, whatever the initial state. So nothing is assumed of it: the
 //! first `J m` values are no numbers.
 //!
+//! A sample that is no number is refused; after a gap [`InverseTransform::restart`] waits for a full window again.
+//!
 //! With `z = 1 + p m Ts` it is numerical differentiation, section 3: the same operator for a time constant that is
 //! too long by about `m Ts / 2`.
 
@@ -17,6 +19,9 @@ use std::collections::VecDeque;
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
 use crate::poly::product;
+
+/// Most samples that the sections remember.
+const MOST: usize = 100_000_000;
 
 /// Parts of conjugates may differ by this share.
 const CONJUGATE: f64 = 1e-9;
@@ -40,9 +45,11 @@ struct Section {
 
 impl Section {
     /// From `1 - a q^-m + b q^-2m`.
-    fn new(a: f64, b: f64, reach: usize) -> Self {
+    fn new(a: f64, b: f64, reach: usize) -> Option<Self> {
         let sum = 1.0 - a + b;
-        Section { b: [1.0 / sum, -a / sum, b / sum], past: VecDeque::from(vec![0.0; reach]) }
+        let b = [1.0 / sum, -a / sum, b / sum];
+        let past = VecDeque::from(vec![0.0; reach]);
+        b.iter().all(|b| b.is_finite()).then_some(Section { b, past })
     }
 
     fn step(&mut self, y: f64, lag: usize) -> f64 {
@@ -91,22 +98,43 @@ impl InverseTransform {
                 "real, or complex with their conjugates",
             ));
         }
-        let real = poles.iter().filter(|p| p.im == 0.0).map(|&p| Section::new(root(p).re, 0.0, lag));
-        let pairs = upper.iter().map(|&p| root(p)).map(|z| Section::new(2.0 * z.re, z.norm_sqr(), 2 * lag));
-        let sections = real.chain(pairs).collect();
+        let section = |&p: &Complex<f64>| {
+            let z = root(p);
+            let section = match p.im {
+                0.0 => Section::new(z.re, 0.0, lag),
+                _ => Section::new(2.0 * z.re, z.norm_sqr(), 2 * lag),
+            };
+            section.ok_or_else(|| {
+                Error::argument("poles", p, &format!("one whose root at {lag} samples is finite and not 1"))
+            })
+        };
+        let real = poles.iter().filter(|p| p.im == 0.0);
+        let sections = real.chain(&upper).map(section).collect::<Result<_>>()?;
         Ok(InverseTransform { sections, lag, order: poles.len(), gain, seen: 0 })
     }
 
-    /// The input; no number before the window is full.
-    pub fn step(&mut self, y: f64) -> f64 {
+    /// The input; no number before the window is full. A sample that is refused changes nothing.
+    pub fn step(&mut self, y: f64) -> Result<f64> {
+        if y.is_finite() { Ok(self.next(y)) } else { Err(Error::argument("y", y, "a finite number")) }
+    }
+
+    /// `step` in a loop; nothing is taken in where one is refused.
+    pub fn run(&mut self, y: &[f64]) -> Result<Vec<f64>> {
+        if let Some(k) = y.iter().position(|y| !y.is_finite()) {
+            return Err(Error::argument("y", format!("{} in row {k}", y[k]), "finite in every row"));
+        }
+        Ok(y.iter().map(|&y| self.next(y)).collect())
+    }
+
+    /// Forgets all samples, as after a gap.
+    pub fn restart(&mut self) {
+        self.seen = 0;
+    }
+
+    fn next(&mut self, y: f64) -> f64 {
         let x = self.sections.iter_mut().fold(y / self.gain, |x, section| section.step(x, self.lag));
         self.seen += 1;
         if self.seen > self.order * self.lag { x } else { f64::NAN }
-    }
-
-    /// `step` in a loop.
-    pub fn run(&mut self, y: &[f64]) -> Vec<f64> {
-        y.iter().map(|&y| self.step(y)).collect()
     }
 
     /// `d` of `x(n) = sum_j d_j y(n - j m) / gain`; they sum to 1.
@@ -150,8 +178,8 @@ fn check(poles: &[Complex<f64>], Ts: f64, lag: usize, gain: f64) -> Result<()> {
     if !(Ts > 0.0 && Ts.is_finite()) {
         return Err(Error::argument("Ts", Ts, "a positive number of seconds"));
     }
-    if lag == 0 {
-        return Err(Error::argument("lag", lag, "at least 1"));
+    if lag == 0 || poles.len().saturating_mul(lag) > MOST {
+        return Err(Error::argument("lag", lag, &format!("1 to {}", MOST / poles.len())));
     }
     if gain == 0.0 || !gain.is_finite() {
         return Err(Error::argument("gain", gain, "a finite number other than 0"));

@@ -1,7 +1,7 @@
 //! The inverse digital transform at work.
 
 use numpy::{AllowTypeChange, Complex64, PyArray1, PyArrayLike1, PyReadonlyArray1};
-use plantune_core::recursive;
+use plantune_core::{Error, recursive};
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
@@ -38,7 +38,8 @@ use crate::values::{Array, array};
 /// Raises
 /// ------
 /// UsageError
-///     No pole, one at 0, one without its conjugate, a sample time or lag that is none (U01).
+///     No pole, one at 0, one without its conjugate or with a root of 1, a sample time or lag that is none,
+///     a sample that is not finite (U01).
 ///
 /// Notes
 /// -----
@@ -63,9 +64,18 @@ pub struct InverseTransform {
 #[pymethods]
 impl InverseTransform {
     #[new]
-    #[pyo3(signature = (poles, Ts, gain=1.0, lag=1, differentiation=false))]
-    fn new(poles: &Bound<'_, PyAny>, Ts: f64, gain: f64, lag: usize, differentiation: bool) -> Outcome<Self> {
+    #[pyo3(signature = (poles, Ts, gain=1.0, lag=None, differentiation=false),
+           text_signature = "(poles, Ts, gain=1.0, lag=1, differentiation=False)")]
+    fn new(
+        poles: &Bound<'_, PyAny>,
+        Ts: f64,
+        gain: f64,
+        lag: Option<&Bound<'_, PyAny>>,
+        differentiation: bool,
+    ) -> Outcome<Self> {
         let poles = complexes(poles)?;
+        let needed = "a whole number, at least 1";
+        let lag = lag.map_or(Ok(1), |lag| lag.extract().map_err(|_| Error::argument("lag", lag, needed)))?;
         let make = if differentiation {
             recursive::InverseTransform::differentiation
         } else {
@@ -75,17 +85,28 @@ impl InverseTransform {
         Ok(InverseTransform { core, settings: (poles, Ts, gain, lag, differentiation) })
     }
 
-    /// Take one sample of `y` and return the input.
-    fn step(&mut self, y: f64) -> f64 {
-        self.core.step(y)
+    /// Take one sample of `y` and return the input; NaN before the window is full.
+    ///
+    /// A sample that is refused changes nothing.
+    fn step(&mut self, y: f64) -> Outcome<f64> {
+        Ok(self.core.step(y)?)
     }
 
     /// Take samples (N,) and return the inputs (N,): `step` in a loop, to the last bit.
-    fn run<'py>(&mut self, py: Python<'py>, y: PyArrayLike1<'py, f64, AllowTypeChange>) -> Array<'py> {
+    fn run<'py>(
+        &mut self,
+        py: Python<'py>,
+        y: PyArrayLike1<'py, f64, AllowTypeChange>,
+    ) -> Outcome<Array<'py>> {
         let y: Vec<f64> = y.as_array().to_vec();
         let core = &mut self.core;
-        let x = py.detach(|| core.run(&y));
-        array(py, x)
+        let x = py.detach(|| core.run(&y))?;
+        Ok(array(py, x))
+    }
+
+    /// Forget all samples, as after a gap: NaN until the window is full again.
+    fn restart(&mut self) {
+        self.core.restart();
     }
 
     #[getter]

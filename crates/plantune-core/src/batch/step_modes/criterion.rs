@@ -10,12 +10,13 @@
 //! y(n) = K + sum_j a_j [y(n - (j+1) m) - y(n - j m)],  j = 0 ... J-1
 //! ```
 //!
-//! Roots of `d` are `e^(p m Ts)`. Rows that reach back before the first are left out, so the initial state is free.
+//! Roots of `d` are `e^(p m Ts)`. Rows that reach back before the first sample, or to one that does not count, are
+//! left out, so the initial state is free.
 //! This is linear prediction of a constant and exponentials (Prony); noise on y is on both sides of it and moves the
 //! roots towards zero, as more noise would: [`Criterion::with_noise`] says how far. [`Criterion::shaken`] says how far
 //! they scatter.
 
-use crate::linalg::{Complex, Triangle, solve};
+use crate::linalg::{Block, Complex, Triangle, solve};
 use crate::poly;
 
 /// Pivots below this share of the largest are rounding.
@@ -35,18 +36,29 @@ pub(super) struct Criterion {
 impl Criterion {
     /// Fewest samples for as many rows as unknowns.
     pub(super) fn least(order: usize, lag: usize) -> usize {
-        order * lag + order + 2
+        order.saturating_mul(lag).saturating_add(order + 2)
     }
 
-    /// Of samples whose level is taken off where it is `known`.
+    /// Of samples whose level is taken off where it is `known`; not a number where one does not count.
     pub(super) fn new(y: &[f64], order: usize, lag: usize, known: bool) -> Self {
-        let row = |n: usize| -> Vec<f64> {
+        let (mut triangle, mut block) = (Triangle::new(order + 2), Block::new(order + 2));
+        let (mut row, mut rows) = (vec![1.0; order + 2], 0);
+        for n in order * lag..y.len() {
             let at = |j: usize| y[n - j * lag];
-            (0..order).map(|j| at(j + 1) - at(j)).chain([1.0, y[n]]).collect()
-        };
-        let rows: Vec<Vec<f64>> = (order * lag..y.len()).map(row).collect();
-        let triangle = Triangle::of_rows(order + 2, rows.iter().map(Vec::as_slice));
-        Criterion { order, lag, triangle, known, rows: rows.len() }
+            (0..order).for_each(|j| row[j] = at(j + 1) - at(j));
+            row[order + 1] = y[n];
+            if row.iter().all(|x| x.is_finite()) {
+                block.push(&row);
+                rows += 1;
+            }
+        }
+        triangle.absorb(&mut block);
+        Criterion { order, lag, triangle, known, rows }
+    }
+
+    /// Whether there are as many rows as unknowns.
+    pub(super) fn is_determined(&self) -> bool {
+        self.rows >= self.order + 2
     }
 
     /// The same with the squares that white noise of this variance adds to every column once more.

@@ -127,7 +127,7 @@ impl<'a> Study<'a> {
         y: &[f64],
     ) -> Result<Self> {
         let scale = Scale::of(y, true);
-        let data = data(rec, steps, &scale, options.gain, steps.each());
+        let data = data(rec, steps, &scale, options.gain);
         let parameters = |k: usize| k + data.shared() + data.pieces.len() * k;
         let highest = options.order.unwrap_or(options.max_order);
         let possible = (0..=highest).take_while(|&k| data.N() > parameters(k) + 2).last().unwrap_or(0);
@@ -219,10 +219,10 @@ fn check_output(rec: &Record, y: &[f64]) -> Result<()> {
         .remedy("record with a larger step, or check the sensor"))
 }
 
-/// The pieces, scaled, with what a known gain says taken off; means of `each` rows.
-fn data(rec: &Record, steps: &Steps, scale: &Scale, gain: Option<f64>, each: usize) -> Data {
+/// The pieces, scaled, with what a known gain says taken off.
+fn data(rec: &Record, steps: &Steps, scale: &Scale, gain: Option<f64>) -> Data {
     let (y, first) = (rec.output_held(0), steps.responses[0].u);
-    let several = steps.levels() > 1;
+    let (several, each) = (steps.levels() > 1, steps.each());
     let pieces = steps.responses.iter().map(|r| {
         let known = known_level(steps, r.u, gain);
         let scaled = |k: usize| known.map_or(scale.apply(y[k]), |level| (y[k] - level) * scale.factor);

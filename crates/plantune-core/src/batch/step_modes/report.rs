@@ -510,18 +510,7 @@ impl Answer<'_> {
                 Note::warning("X07", text).measured(span / T, SETTLED).remedy("record until y has settled"),
             );
         }
-        if self.study.steps.row.is_none() {
-            let text =
-                "the record starts on its step: gain and initial state are not separable, the level is given";
-            notes.push(Note::info("X01", text).remedy("record some rows at rest before the step"));
-        } else if self.study.steps.rest.is_none() {
-            let text = "y is not at rest before the step: its delay counts as part of the modes";
-            notes.push(
-                Note::warning("X07", text)
-                    .at(rec.place(1, self.study.steps.row.unwrap_or(0)))
-                    .remedy("record at least three rows at rest before the step"),
-            );
-        }
+        notes.extend(self.study.steps.start(rec));
         let each = self.study.steps.each();
         if each > 1 {
             let text =

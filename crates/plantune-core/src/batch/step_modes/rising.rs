@@ -2,19 +2,23 @@
 //!
 //! The lag decides how many digits survive: neighbouring samples of a slow response are nearly equal. Too long a lag
 //! folds fast roots over. So every lag 1, 2, 4, … is tried, and that one kept whose poles reproduce the samples
-//! best, level and initial state free. Criterion (15) has no place for noise: how many digits it leaves is measured
+//! best, level and initial state free; of a long record they are judged on
+//! rows evenly picked. Criterion (15) has no place for noise: how many digits it leaves is measured
 //! by adding as much noise again, and less than two are refused.
+
+use std::ops::Range;
 
 use super::criterion::Criterion;
 use super::search::{Data, Piece, Projection};
 use super::sections::Sections;
 use super::steps::Steps;
 use super::zeros::numerator;
-use super::{StepModesOptions, check, check_output, data};
+use super::{StepModesOptions, check, check_output, known_level};
 use crate::batch::orders::too_short;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{Complex, extent};
+use crate::note::Note;
 use crate::poly;
 use crate::record::{Record, Scale};
 
@@ -26,6 +30,12 @@ const BETTER: f64 = 0.5;
 
 /// The most there are.
 const MOST_DIGITS: f64 = 15.0;
+
+/// Share of the travel of y below which what is left is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Rows on which lags are judged.
+const MOST_JUDGED: usize = 10_000;
 
 /// What (15) makes of a step response.
 #[derive(Clone, Debug)]
@@ -50,6 +60,8 @@ pub struct Transformed {
     pub tried: Vec<Rise>,
     /// First and last row used.
     pub rows: (usize, usize),
+    /// Doubts.
+    pub notes: Vec<Note>,
 }
 
 /// An order, and its best lag with what it leaves.
@@ -76,17 +88,18 @@ pub fn idt_criterion(
     check_output(rec, &y)?;
     let steps = Steps::of(rec, &y, options.step_at, limits)?.first();
     let scale = Scale::of(&y, true);
-    let data = data(rec, &steps, &scale, options.gain, 1);
-    let samples = &data.pieces[0];
+    let known = known_level(&steps, steps.responses[0].u, options.gain);
+    let scaled = |k: usize| known.map_or(scale.apply(y[k]), |level| (y[k] - level) * scale.factor);
+    let rows = steps.responses[0].rows.clone();
+    let data = judged(rec, rows.clone(), known.is_none(), scaled);
+    let counting = |k: usize| if rec.is_valid(k, 0) { scaled(k) } else { f64::NAN };
+    let samples: Vec<f64> = rows.map(counting).collect();
     let orders = options.order.map_or(1..=options.max_order, |k| k..=k);
-    let least = Criterion::least(*orders.start(), 1);
-    if samples.y.len() < least {
-        return Err(too_short(samples.y.len(), least));
-    }
-    let (low, high) = extent(&samples.y);
+    check_length(samples.len(), *orders.start(), lag)?;
+    let (low, high) = extent(&data.pieces[0].y);
     let (mut tried, mut best): (Vec<_>, Option<Found>) = (Vec::new(), None);
     for k in orders {
-        let found = best_lag(&data, k, lag, rec.Ts, options.gain.is_some());
+        let found = best_lag(&samples, &data, k, lag, rec.Ts);
         tried.push((k, found.as_ref().map(|f| (f.criterion.lag, f.rms / scale.factor))));
         if let Some(found) = found.filter(|f| best.as_ref().is_none_or(|b| f.rms < BETTER * b.rms)) {
             let done = found.rms <= eps * (high - low);
@@ -98,10 +111,16 @@ pub fn idt_criterion(
     }
     let found = best.ok_or_else(|| no_roots(rec, &tried))?;
     let digits = digits(&found, rec.Ts);
+    if digits < LEAST_DIGITS && options.order.is_some() && found.rms <= ROUNDING * (high - low) {
+        return Err(too_many(rec, &found, digits));
+    }
     if digits < LEAST_DIGITS {
         return Err(too_noisy(rec, &found, digits, found.rms / scale.factor));
     }
-    Ok(report(rec, &steps, &scale, options, (found, tried, digits), &y))
+    let above = found.rms > eps * (high - low);
+    let notes = above.then(|| noisy(rec, &found, digits, eps * (high - low), scale.factor));
+    let notes = notes.into_iter().chain(steps.start(rec)).collect();
+    Ok(Transformed { notes, ..report(rec, &steps, &scale, options, (found, tried, digits), &y) })
 }
 
 fn check_evenly_sampled(rec: &Record, lag: Option<usize>, eps: f64) -> Result<()> {
@@ -121,9 +140,35 @@ fn check_evenly_sampled(rec: &Record, lag: Option<usize>, eps: f64) -> Result<()
     Ok(())
 }
 
+fn check_length(rows: usize, order: usize, lag: Option<usize>) -> Result<()> {
+    let least = Criterion::least(order, 1);
+    if rows < least {
+        return Err(too_short(rows, least));
+    }
+    let longest = (rows - least) / order + 1;
+    match lag {
+        Some(lag) if lag > longest => {
+            Err(Error::argument("lag", lag, &format!("at most {longest} for order {order} and {rows} rows")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// At most so many rows that count, evenly picked, from the first on.
+fn judged(rec: &Record, rows: Range<usize>, level: bool, value: impl Fn(usize) -> f64) -> Data {
+    let rows: Vec<usize> = rows.filter(|&k| rec.is_valid(k, 0)).collect();
+    let picked = || rows.iter().step_by(rows.len().div_ceil(MOST_JUDGED).max(1));
+    let first = rows.first().copied().unwrap_or(0);
+    Data::new(vec![Piece {
+        first: rec.time(first),
+        t: picked().map(|&k| (k - first) as f64 * rec.Ts).collect(),
+        y: picked().map(|&k| value(k)).collect(),
+        shared: if level { vec![1.0] } else { Vec::new() },
+    }])
+}
+
 /// The lag whose poles leave least of the samples.
-fn best_lag(data: &Data, order: usize, lag: Option<usize>, Ts: f64, known: bool) -> Option<Found> {
-    let y = &data.pieces[0].y;
+fn best_lag(y: &[f64], data: &Data, order: usize, lag: Option<usize>, Ts: f64) -> Option<Found> {
     let lags = std::iter::successors(Some(1), |lag| Some(2 * lag));
     let lags: Vec<usize> = match lag {
         Some(lag) => vec![lag],
@@ -132,8 +177,8 @@ fn best_lag(data: &Data, order: usize, lag: Option<usize>, Ts: f64, known: bool)
     lags.into_iter()
         .filter(|&lag| Criterion::least(order, lag) <= y.len())
         .filter_map(|lag| {
-            let criterion = Criterion::new(y, order, lag, known);
-            let poles = criterion.poles(Ts)?;
+            let criterion = Criterion::new(y, order, lag, data.shared() == 0);
+            let poles = criterion.is_determined().then(|| criterion.poles(Ts))??;
             let rms = left(data, &poles)?;
             Some(Found { criterion, poles, rms })
         })
@@ -189,14 +234,16 @@ fn report(
     y: &[f64],
 ) -> Transformed {
     let response = &steps.responses[0];
-    let data = whole(steps, rec, y);
+    // Unscaled and the level free, from the step on.
+    let first = steps.row.unwrap_or(response.rows.start);
+    let data = judged(rec, first..response.rows.end, true, |k| y[k]);
     let (level, c) = modes_of(&data, &found.poles).unwrap_or((y[response.rows.end - 1], Vec::new()));
     let rest = steps.rest.as_ref();
     let gain = options.gain.or_else(|| rest.map(|rest| (level - rest.y) / rest.du));
     let sections = Sections::of(&found.poles);
     // From the step on the same modes must do: with a delay they do not, and there are no zeros to tell.
-    let from_step =
-        steps.row.and(left(&data, &found.poles)).is_some_and(|rms| rms <= 10.0 * found.rms / scale.factor);
+    let from_step = steps.row.filter(|&row| rec.is_valid(row, 0)).and(left(&data, &found.poles));
+    let from_step = from_step.is_some_and(|rms| rms <= 10.0 * found.rms / scale.factor);
     let at_rest = rest.map_or(0.0, |rest| rest.y);
     let numerator = (from_step && !c.is_empty()).then(|| numerator(&sections, level - at_rest, &c));
     let zeros = numerator.as_deref().map_or(Vec::new(), |n| zeros(n, digits));
@@ -211,6 +258,7 @@ fn report(
         digits,
         tried,
         rows: (response.rows.start, response.rows.end - 1),
+        notes: Vec::new(),
     }
 }
 
@@ -219,15 +267,6 @@ fn zeros(numerator: &[f64], digits: f64) -> Vec<Complex<f64>> {
     let largest = numerator.iter().map(|b| b.abs()).fold(0.0, f64::max);
     let first = numerator.iter().position(|b| b.abs() > 10f64.powf(-0.5 * digits) * largest).unwrap_or(0);
     poly::roots(&numerator[first..]).into_iter().map(|(re, im)| Complex::new(re, im)).collect()
-}
-
-/// All rows from the step on, unscaled, the level free.
-fn whole(steps: &Steps, rec: &Record, y: &[f64]) -> Data {
-    let response = &steps.responses[0];
-    let first = steps.row.unwrap_or(response.rows.start);
-    let rows = first..response.rows.end;
-    let t = rows.clone().map(|k| rec.time(k) - rec.time(first)).collect();
-    Data::new(vec![Piece { first: rec.time(first), t, y: y[rows].to_vec(), shared: vec![1.0] }])
 }
 
 /// Level and states at the first row.
@@ -252,11 +291,36 @@ fn too_noisy(rec: &Record, found: &Found, digits: f64, rms: f64) -> Error {
     Error::new(
         "N04",
         format!(
-            "criterion (15) keeps {digits:.1} digits of the poles: noise of {rms:.3e} on y moves them towards T = 0"
+            "criterion (15) keeps {digits:.1} digits of the poles: what order {} leaves of y, {rms:.3e} rms, moves \
+             them towards T = 0",
+            found.criterion.order
         ),
     )
     .at(rec.place(1, 0))
     .count(found.criterion.order)
     .measured(digits, LEAST_DIGITS)
     .remedy("use pt.estimate.idt, which allows for noise")
+}
+
+/// X02: an order beyond that of the response.
+fn too_many(rec: &Record, found: &Found, digits: f64) -> Error {
+    let order = found.criterion.order;
+    Error::new("X02", format!("order {order} is more than y holds: roots beyond its modes are arbitrary"))
+        .at(rec.place(1, 0))
+        .count(order)
+        .measured(digits, LEAST_DIGITS)
+        .remedy("ask for a lower order, or leave it to the data with order=\"auto\"")
+}
+
+/// N04: more is left than was asked for.
+fn noisy(rec: &Record, found: &Found, digits: f64, most: f64, factor: f64) -> Note {
+    let text = format!(
+        "order {} leaves {:.3e} rms of y, which keeps {digits:.1} digits of the poles",
+        found.criterion.order,
+        found.rms / factor
+    );
+    Note::warning("N04", text)
+        .at(rec.place(1, 0))
+        .measured(found.rms / factor, most / factor)
+        .remedy("use pt.estimate.idt, which allows for noise, or a larger eps")
 }

@@ -15,7 +15,7 @@ use std::ops::Range;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::extent;
-use crate::note::{Place, rounded};
+use crate::note::{Note, Place, rounded};
 use crate::record::Record;
 
 /// Share of the input's travel that counts as a move, and that it may stray while it is held.
@@ -191,6 +191,18 @@ impl Steps {
     pub(super) fn each(&self) -> usize {
         let longest = self.responses.iter().map(|r| r.rows.len()).max().unwrap_or(0);
         longest.div_ceil(MOST_ROWS).max(1)
+    }
+
+    /// What is not known of the time before the step.
+    pub(super) fn start(&self, rec: &Record) -> Option<Note> {
+        let Some(row) = self.row else {
+            let text =
+                "the record starts on its step: gain and initial state are not separable, the level is given";
+            return Some(Note::info("X01", text).remedy("record some rows at rest before the step"));
+        };
+        let text = "y is not at rest before the step: its delay counts as part of the modes";
+        let note = Note::warning("X07", text).at(rec.place(1, row));
+        self.rest.is_none().then(|| note.remedy("record at least three rows at rest before the step"))
     }
 
     /// The first response alone.
