@@ -83,6 +83,13 @@ def loop():
     return pt.hysteresis.PlayStack.identify(x, y, n=5), x, y
 
 
+def followed():
+    plant, r = pt.hysteresis.PlayStack(r=[0, 0.5], w=[1, 1]), np.sin(np.arange(300) / 20)
+    gain = pt.hysteresis.PlayStack(r=[0], w=[0.5])
+    ways = {"gain": gain, "inverse": plant.inverse()}
+    return {name: pt.hysteresis.track(plant, r, 0.1, inverse=way) for name, way in ways.items()}
+
+
 @pytest.fixture(scope="module")
 def figures(rec, fits, verdicts, tuning, response):
     return {
@@ -96,6 +103,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
         "hysteresis": plot.hysteresis(*loop(), of=rec),
+        "tracking": plot.tracking(followed(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "forc": plot.forc(curves(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "relay": plot.relay(*relay_test(noise_sd=0.02)),
         "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),
@@ -131,7 +139,7 @@ def test_titles_fit_a_laptop_and_say_record_and_model(figures, rec):
         title = fig.layout.title
         assert 0 < len(title.text) <= 80, name
         assert "<" not in title.text
-        if name not in ("closed_loop", "forc", "relay", "step_modes"):  # no record
+        if name not in ("closed_loop", "forc", "relay", "step_modes", "tracking"):  # no record
             assert rec.source[:8] in title.subtitle.text, name
 
 

@@ -15,6 +15,7 @@ from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
 from plantune.plot.step import step
 from plantune.plot.step_modes import step_modes
+from plantune.plot.tracking import tracking
 
 __all__ = [
     "adapt",
@@ -32,4 +33,5 @@ __all__ = [
     "rules",
     "step",
     "step_modes",
+    "tracking",
 ]
