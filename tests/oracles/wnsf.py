@@ -15,6 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 from scipy.linalg import toeplitz
+from scipy.signal import lfilter
 
 from oracles import lsq
 
@@ -79,20 +80,21 @@ def fit(u, y, nb, nc, nd, nf, nk, n=None, starts=(0,), rounds=20):
 def steiglitz_mcbride(u, y, nb, nf, nk, rounds=50, offset=True):
     """Return [b, f] of OE by ARX on y/F and u/F, repeated; Steiglitz & McBride 1965.
 
-    From rest; the offset column is filtered too.
+    Filtered from rest: F (y/F) = B (u/F) + O + 1/F impulses at the first nf rows, which stand
+    for the unknown past and are columns like O.
     """
-    from scipy.signal import lfilter
-
+    y = y - y[0] * offset
     theta = lsq.arx(u, y, nf, nb, nk, offset=offset).theta
     a, b = theta[:nf], theta[nf:]
-    one = np.ones(len(y)) if offset else np.zeros((len(y), 0))
     for _ in range(rounds):
         F = np.r_[1, a]
-        z = [lfilter([1.0], F, x) for x in (y, np.ravel(u), one)[: 2 + offset]]
-        X, target, _ = lsq.arx_rows(z[1], z[0], nf, nb, nk, offset=False)
-        if offset:
-            X = np.column_stack([X, z[2][len(y) - len(X) :]])
-        found = lsq.solve(X, target)[0]
+        X, target, rows = lsq.arx_rows(
+            lfilter([1.0], F, np.ravel(u)), lfilter([1.0], F, y), nf, nb, nk, offset=False
+        )
+        past = lfilter([1.0], F, np.eye(len(y), nf), axis=0)[rows]
+        columns = np.column_stack([X, past, np.ones((len(rows), int(offset)))])
+        size = np.linalg.norm(columns, axis=0)
+        found = np.linalg.lstsq(columns / size, target, rcond=1e-13)[0] / size
         moved, a, b = np.max(np.abs(found[:nf] - a)), found[:nf], found[nf : nf + nb]
         if not np.isfinite(moved) or moved < 1e-10:
             break
