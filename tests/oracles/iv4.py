@@ -7,7 +7,8 @@ Söderström & Stoica, 8.3.  The constant column is filtered like the rest (METH
 Iterated: steps 2 to 4 again from step 4 until theta rests.
 
 Cov = s^2 (sum zeta zeta')^-1 with filtered zeta (optimal when L is the true 1/H);
-s^2 = sum (L v)^2 / (N - n).
+s^2 = sum (L v)^2 / (N - n).  An AR of this order is not 1/H: in 100 records of BJ noise the
+intervals of b covered 0.87 to 0.94, those of a 0.97 to 0.99.
 """
 
 from itertools import pairwise
@@ -78,5 +79,11 @@ def iv4(u, y, na, nb, nk, starts=(0,), offset=True, rounds=1, tolerance=1e-8):
     s2 = float(e @ e) / (len(e) - len(theta))
     P = s2 * np.linalg.inv((Z / size).T @ (Z / size)) / np.outer(size, size)
     O = shift + (theta[n] / (1 + theta[:na].sum()) if offset else 0.0)
-    return SimpleNamespace(theta=theta[:n], sd=np.sqrt(np.diag(P))[:n], P=P[:n, :n], offset=O,
-                           L=L, loss=float(e @ e) / len(e))  # fmt: skip
+    return SimpleNamespace(
+        theta=theta[:n],
+        sd=np.sqrt(np.diag(P))[:n],
+        P=P[:n, :n],
+        offset=O,
+        L=L,
+        loss=float(e @ e) / len(e),
+    )

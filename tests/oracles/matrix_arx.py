@@ -45,10 +45,19 @@ def fit(Y, U, na, nb, nk, starts=(0,), offset=True):
     d = Theta[-1] if offset else np.zeros(r)
     sd = np.sqrt(np.outer(np.diag(inverse), np.diag(Sigma)))
     return SimpleNamespace(
-        A=A, B=B, nk=nk, Theta=Theta, sd=sd, Sigma=Sigma, inverse=inverse, eps=eps, N=N,
-        rows=numbers, loss=float(np.linalg.det(eps.T @ eps / N)),
+        A=A,
+        B=B,
+        nk=nk,
+        Theta=Theta,
+        sd=sd,
+        Sigma=Sigma,
+        inverse=inverse,
+        eps=eps,
+        N=N,
+        rows=numbers,
+        loss=float(np.linalg.det(eps.T @ eps / N)),
         offset=shift + np.linalg.solve(A.sum(axis=0), d),
-    )  # fmt: skip
+    )
 
 
 def simulate(A, B, nk, U, E=None, offset=0.0):

@@ -25,9 +25,7 @@ def lanczos(b, x):
 
 
 def cubic_ratio(b, x):
-    return (b[0] + x * (b[1] + x * (b[2] + x * b[3]))) / (
-        1 + x * (b[4] + x * (b[5] + x * b[6]))
-    )
+    return (b[0] + x * (b[1] + x * (b[2] + x * b[3]))) / (1 + x * (b[4] + x * (b[5] + x * b[6])))
 
 
 def enso(b, x):

@@ -90,8 +90,10 @@ def gradient(model, theta, u, y, d=0.0):
     """
     A, B, C, D, F = polynomials(model, theta)
     u = np.asarray(u, float).reshape(len(y), -1)
-    w = [lfilter(np.r_[np.zeros(nk), b], f, u[:, i])
-         for i, (b, f, nk) in enumerate(zip(B, F, model.nk, strict=True))]  # fmt: skip
+    w = [
+        lfilter(np.r_[np.zeros(nk), b], f, u[:, i])
+        for i, (b, f, nk) in enumerate(zip(B, F, model.nk, strict=True))
+    ]
     v = lfilter(A, [1.0], y) - sum(w) - d
     eps = lfilter(D, C, v)
 

@@ -1,4 +1,4 @@
-"""Process models P0 to P3 with any real delay: exact samples, output-error fit, profile of L.
+"""Process models P0 to P3 with any real delay: exact samples, output-error fit.
 
     y = O + sum_i G_i u_i + free response + e,
     G = K (Tz s + 1) e^(-L s) / (s^i prod (T_k s + 1)),   U: (T^2 s^2 + 2 zeta T s + 1) (T3 s + 1)
@@ -25,9 +25,8 @@ from types import SimpleNamespace
 
 import numpy as np
 from scipy.linalg import expm
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import least_squares
 from scipy.signal import lfilter
-from scipy.stats import f as f_law
 
 STEP = 1e-30
 
@@ -109,8 +108,9 @@ def unit(model, p, u):
 
 
 def to_samples(model, p, Ts):
-    return np.array([x / (1 if name == "zeta" else Ts)
-                     for name, x in zip(model.nonlinear, p, strict=True)])  # fmt: skip
+    return np.array(
+        [x / (1 if name == "zeta" else Ts) for name, x in zip(model.nonlinear, p, strict=True)]
+    )
 
 
 def simulate(text, theta, u, Ts, offset=0.0):
@@ -135,7 +135,7 @@ def columns(models, p, u, starts, skip, offset=True):
         for j in range(1 + model.Z):
             forced.append(np.concatenate([part[0][j][skip:] for part in parts]))
         a = parts[0][1]
-        for s, (first, end) in enumerate(edges):
+        for first, end in edges:
             inside = (rows >= first) & (rows < end)
             for k in range(len(a) - 1):
                 impulse = np.eye(inside.sum(), len(a) - 1)[:, k]
@@ -145,8 +145,7 @@ def columns(models, p, u, starts, skip, offset=True):
     return rows, np.column_stack([*forced, *drift, *free])
 
 
-def fit(texts, u, y, Ts, tries, L_max, starts=(0,), offset=True, valid=None,
-        tight=True, hold=()):  # fmt: skip
+def fit(texts, u, y, Ts, tries, L_max, starts=(0,), offset=True, valid=None, tight=True, hold=()):
     """Minimise sum e^2 from each p of `tries` (nonlinear parameters of all inputs, seconds).
 
     skip = ceil(L_max / Ts) rows of each segment are history; the parameters numbered in `hold`
@@ -214,10 +213,16 @@ def fit(texts, u, y, Ts, tries, L_max, starts=(0,), offset=True, valid=None,
             done.append(SimpleNamespace(x=x, cost=0.5 * float(np.sum(solve(natural(x))[2] ** 2))))
             continue
         end = least_squares(
-            lambda z: solve(natural(whole(z)))[2], x[moving], lambda z: jacobian(whole(z)),
-            bounds=(low[moving], high[moving]), x_scale=np.where(logs, 0.1, 0.5)[moving],
-            xtol=tol, ftol=tol, gtol=1e-14, max_nfev=100,
-        )  # fmt: skip
+            lambda z: solve(natural(whole(z)))[2],
+            x[moving],
+            lambda z: jacobian(whole(z)),
+            bounds=(low[moving], high[moving]),
+            x_scale=np.where(logs, 0.1, 0.5)[moving],
+            xtol=tol,
+            ftol=tol,
+            gtol=1e-14,
+            max_nfev=100,
+        )
         done.append(SimpleNamespace(x=whole(end.x), cost=end.cost))
     best = min(done, key=lambda r: r.cost)
     p = natural(best.x)
@@ -253,46 +258,19 @@ def summary(models, names, p, lin, J, eps, Ts, shift, offset, done, solve):
     P = np.array(by) @ P @ np.array(by).T
     rss = float(eps @ eps)
     return SimpleNamespace(
-        theta=np.array(theta), names=[x for m in models for x in m.names], offset=O, P=P,
-        sd=np.sqrt(np.diag(P))[:-1], N=N, free=N - good.sum(), rss=rss, loss=rss / N, eps=eps,
-        p=p, nonlinear=names, costs=np.array([2 * r.cost for r in done]), J=J, solve=solve,
-    )  # fmt: skip
-
-
-
-
-def profile(texts, u, y, Ts, best, L, L_max, **options):
-    """Return the least RSS at each dead time L of the first input that has one; METHODS 2.4."""
-    where = best.nonlinear.index("L")
-    rss, p = np.empty(np.size(L)), best.p.copy()
-    for k in np.argsort(np.abs(np.atleast_1d(L) - best.p[where])):
-        p[where] = np.atleast_1d(L)[k]
-        rss[k] = fit(texts, u, y, Ts, [p], L_max, hold=(where,), tight=False, **options).rss
-    return rss
-
-
-def profile_interval(texts, u, y, Ts, best, L_max, level=0.95, **options):
-    """Return where RSS(L) < RSS (1 + F/(N - n)), F the quantile of F(1, N - n); METHODS 2.4.
-
-    Stepped outward from the minimum by half standard errors, then bisected.
-    """
-    where = best.nonlinear.index("L")
-    limit = best.rss * (1 + f_law.ppf(level, 1, best.free) / best.free)
-    sd = np.clip(best.sd[best.names.index("L")], 1e-3 * Ts, 2 * Ts)
-
-    def excess(L):
-        return float(profile(texts, u, y, Ts, best, [L], L_max, **options)[0]) - limit
-
-    ends = []
-    for sign, edge in ((-1, 0.0), (1, L_max)):
-        inside = best.p[where]
-        while True:
-            outside = np.clip(inside + sign * sd / 2, 0.0, L_max)
-            if excess(outside) > 0:
-                ends.append(brentq(excess, inside, outside, xtol=1e-4 * sd))
-                break
-            inside = outside
-            if inside == edge:
-                ends.append(edge)
-                break
-    return tuple(ends)
+        theta=np.array(theta),
+        names=[x for m in models for x in m.names],
+        offset=O,
+        P=P,
+        sd=np.sqrt(np.diag(P))[:-1],
+        N=N,
+        free=N - good.sum(),
+        rss=rss,
+        loss=rss / N,
+        eps=eps,
+        p=p,
+        nonlinear=names,
+        costs=np.array([2 * r.cost for r in done]),
+        J=J,
+        solve=solve,
+    )

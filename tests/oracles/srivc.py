@@ -90,8 +90,9 @@ def at_delay(u, y, Ts, n, nb, L, a, rounds=30):
     X = np.column_stack([states(a, Ts, v, L)[:, ::-1][:, :nb], one, free_modes(a, Ts, len(y))])
     lin = np.linalg.lstsq(X[skip:], z[skip:], rcond=None)[0]
     e = z[skip:] - X[skip:] @ lin
-    return SimpleNamespace(a=a, b=b, L=L, offset=O + y0 - b[0] * u0, loss=float(e @ e) / len(e),
-                           moved=moved)  # fmt: skip
+    return SimpleNamespace(
+        a=a, b=b, L=L, offset=O + y0 - b[0] * u0, loss=float(e @ e) / len(e), moved=moved
+    )
 
 
 def free_modes(a, Ts, N):
@@ -118,7 +119,9 @@ def fit(u, y, Ts, n=1, nb=1, L_range=(0.0, 1.0), T0=None):
     best = min(found, key=lambda r: r.loss)
     low, high = max(best.L - Ts / 2, 0.0), best.L + Ts / 2
     fine = minimize_scalar(
-        lambda L: at_delay(u, y, Ts, n, nb, L, best.a, 8).loss, bounds=(low, high),
-        method="bounded", options=dict(xatol=1e-4 * Ts),
-    )  # fmt: skip
+        lambda L: at_delay(u, y, Ts, n, nb, L, best.a, 8).loss,
+        bounds=(low, high),
+        method="bounded",
+        options=dict(xatol=1e-4 * Ts),
+    )
     return at_delay(u, y, Ts, n, nb, fine.x, best.a)

@@ -7,6 +7,7 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from oracles import (
+    delay_profile,
     fopdt,
     iv4,
     lsq,
@@ -152,8 +153,10 @@ def test_instruments_honour_segments_and_inputs():
     u = rng.normal(size=(300, 2))
     model = poly_family.arx(2, na=1, nb=(1, 2), nk=(1, 2))
     theta = [-0.8, 1.0, 0.5, 0.3]
-    y = np.r_[pem.simulate(model, theta, u[:120], offset=2.0),
-              pem.simulate(model, theta, u[120:], offset=2.0)]  # fmt: skip
+    y = np.r_[
+        pem.simulate(model, theta, u[:120], offset=2.0),
+        pem.simulate(model, theta, u[120:], offset=2.0),
+    ]
     assert iv4.iv4(u, y, 1, (1, 2), (1, 2), starts=(0, 120)).theta == approx(theta, abs=1e-9)
 
 
@@ -233,9 +236,13 @@ def test_first_order_fit_is_the_brute_one():
 
 
 @pytest.mark.parametrize(
-    ("code", "theta"), [("P2DU", [2.0, 0.15, 0.4, 0.107]), ("P2DZ", [2.0, 0.1, 0.3, 0.107, -0.1]),
-                        ("P1DI", [2.0, 0.1, 0.107])]
-)  # fmt: skip
+    ("code", "theta"),
+    [
+        ("P2DU", [2.0, 0.15, 0.4, 0.107]),
+        ("P2DZ", [2.0, 0.1, 0.3, 0.107, -0.1]),
+        ("P1DI", [2.0, 0.1, 0.107]),
+    ],
+)
 def test_fit_finds_the_plant_in_two_segments(code, theta):
     u, Ts = held(400, 10, 2), 0.02
     y = process_models.simulate(code, theta, u, Ts)
@@ -260,7 +267,7 @@ def test_profile_of_a_well_known_delay_is_the_normal_interval():
     y = process_models.simulate("P2DU", [2.0, 0.15, 0.4, 0.107], u, 0.02, 3.0)
     y += 0.1 * rng.normal(size=400)
     f = process_models.fit("P2DU", u, y, 0.02, [[0.15, 0.4, 0.107]], 0.3)
-    low, high = process_models.profile_interval("P2DU", u, y, 0.02, f, 0.3)
+    low, high = delay_profile.profile_interval("P2DU", u, y, 0.02, f, 0.3)
     k = f.names.index("L")
     assert [low, high] == approx(f.theta[k] + np.array([-1.97, 1.97]) * f.sd[k], abs=0.1 * f.sd[k])
 

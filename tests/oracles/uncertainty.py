@@ -1,12 +1,12 @@
 """What stands behind the numbers: delta rule, sandwich, block bootstrap, sign-perturbed sums.
 
-    delta      Cov g(theta) = G P G',  G by central differences
-    sandwich   (J'J)^-1 J' S J (J'J)^-1, J' S J = sum over lags |k| <= m of Bartlett's weight
-               1 - |k|/(m+1) times sum_t psi(t) e(t) e(t-k) psi(t-k)'      Newey & West 1987
-    bootstrap  residuals in blocks that may start anywhere                 Künsch 1989
-    SPS        S_0 = |R^-1/2 sum phi r|^2 / N, S_i the same with random signs on r = y - phi'theta;
-               theta is inside unless S_0 is among the q largest of m: confidence 1 - q/m,
-               exact for independent symmetric noise       Csáji, Campi & Weyer 2015; METHODS 2.4
+delta      Cov g(theta) = G P G',  G by central differences
+sandwich   (J'J)^-1 J' S J (J'J)^-1, J' S J = sum over lags |k| <= m of Bartlett's weight
+           1 - |k|/(m+1) times sum_t psi(t) e(t) e(t-k) psi(t-k)'      Newey & West 1987
+bootstrap  residuals in blocks that may start anywhere                 Künsch 1989
+SPS        S_0 = |R^-1/2 sum phi r|^2 / N, S_i the same with random signs on r = y - phi'theta;
+           theta is inside unless S_0 is among the q largest of m: confidence 1 - q/m,
+           exact for independent symmetric noise       Csáji, Campi & Weyer 2015; METHODS 2.4
 """
 
 import numpy as np
@@ -19,10 +19,12 @@ def delta(g, theta, P, h=1e-6):
     sd = np.sqrt(np.diag(P))
     step = np.where(sd > 0, h * np.maximum(sd, 1e-3 * np.abs(theta)), h)
     # Steps of a share of sd: what the rule is linear over.
-    G = np.column_stack([
-        (np.atleast_1d(g(theta + d)) - np.atleast_1d(g(theta - d))) / (2 * step[i])
-        for i, d in enumerate(np.diag(step))
-    ])  # fmt: skip
+    G = np.column_stack(
+        [
+            (np.atleast_1d(g(theta + d)) - np.atleast_1d(g(theta - d))) / (2 * step[i])
+            for i, d in enumerate(np.diag(step))
+        ]
+    )
     return np.atleast_1d(g(theta)), G @ P @ G.T, G
 
 
