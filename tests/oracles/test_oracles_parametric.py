@@ -7,7 +7,9 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from oracles import (
+    bound,
     delay_profile,
+    feedback,
     fopdt,
     iv4,
     lsq,
@@ -289,7 +291,7 @@ def test_delta_rule_is_the_closed_form():
 
 
 def test_sandwich_is_the_usual_one_for_white_errors_and_right_for_coloured():
-    N, white, coloured, found = 2000, [], [], []
+    N, white, coloured, by_ar, found = 2000, [], [], [], []
     x = lfilter([1.0], [1, -0.9], np.random.default_rng(0).normal(size=N))
     X = np.column_stack([x, np.ones(N)])
     for seed in range(60):
@@ -299,8 +301,11 @@ def test_sandwich_is_the_usual_one_for_white_errors_and_right_for_coloured():
         found.append(theta)
         white.append(uncertainty.sandwich(e, X, lags=0)[0, 0])
         coloured.append(np.sqrt(np.diag(uncertainty.sandwich(v - X @ theta, X, lags=30))))
+        if seed < 10:
+            by_ar.append(np.sqrt(np.diag(uncertainty.sandwich_ar(v - X @ theta, X))))
     assert np.sqrt(np.mean(white)) == approx(np.sqrt(np.linalg.inv(X.T @ X)[0, 0]), rel=0.05)
     assert np.mean(coloured, axis=0) == approx(np.std(found, axis=0), rel=0.25)
+    assert np.mean(by_ar, axis=0) == approx(np.std(found, axis=0), rel=0.25)
 
 
 def test_block_bootstrap_knows_the_colour():
@@ -335,6 +340,31 @@ def test_sign_perturbed_sums_cover_arx():
         if seed == 0:
             assert again(theta, target - phi @ theta) == approx(phi)
     assert count / 100 == approx(0.9, abs=0.09)
+
+
+# -- feedback and relation ---------------------------------------------------------------
+
+
+def test_feedback_is_seen_in_a_loop_and_nowhere_else():
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        e = rng.normal(size=(500, 1))
+        r = bound.set_points(500, 1, (10, 25), seed)
+        u, y = bound.simulate(bound.Engine(), r, 0.3 * e)
+        assert feedback.p_of_feedback(u, y) < 1e-3
+        assert feedback.p_of_feedback(u, y, r) < 1e-3
+        for u in (held(500, 8, seed), np.cumsum(rng.normal(size=500))):
+            y = lfilter([0, 0, 0.3], [1, -0.85], u) + 0.3 * e[:, 0]
+            assert feedback.p_of_feedback(u, y) > 1e-3
+            assert feedback.p_of_no_relation(u, y) < 1e-6
+
+
+def test_no_relation_is_claimed_as_often_as_said():
+    p = []
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        p.append(feedback.p_of_no_relation(held(300, 5, seed), np.cumsum(rng.normal(size=300))))
+    assert np.mean(np.array(p) < 0.05) == approx(0.05, abs=0.04)
 
 
 # -- robust ------------------------------------------------------------------------------

@@ -10,6 +10,7 @@ SPS        S_0 = |R^-1/2 sum phi r|^2 / N, S_i the same with random signs on r =
 """
 
 import numpy as np
+from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 
@@ -80,6 +81,32 @@ def sandwich(eps, J, lags=None, starts=(0,)):
         cross = score[k:][same].T @ score[:-k][same]
         meat += (1 - k / (lags + 1)) * (cross + cross.T)
     return N / (N - n) * bread @ meat @ bread / np.outer(size, size)
+
+
+def autocovariance(eps, highest=20, n=400):
+    """Return r(0) .. r(n/2 - 1) of the AR model of eps whose order (1 .. highest) BIC takes."""
+    X = np.column_stack([eps[highest - k : len(eps) - k] for k in range(1, highest + 1)])
+    y, best = eps[highest:], None
+    for p in range(1, highest + 1):
+        c = np.linalg.lstsq(X[:, :p], y, rcond=None)[0]
+        v = np.mean((y - X[:, :p] @ c) ** 2)
+        bic = len(y) * np.log(v) + p * np.log(len(y))
+        if best is None or bic < best[0]:
+            best = bic, c, v
+    h = lfilter([1.0], np.r_[1, -best[1]], np.eye(1, n).ravel())
+    return best[2] * np.array([h[: n - k] @ h[k:] for k in range(n // 2)])
+
+
+def sandwich_ar(eps, J, highest=20):
+    """Return the covariance of the least-squares estimate for residuals that are an AR process."""
+    N, n = J.shape
+    r = np.zeros(N)
+    found = autocovariance(eps, highest)
+    r[: len(found)] = found[:N]
+    size = np.linalg.norm(J, axis=0)
+    X = J / size
+    bread = np.linalg.pinv(X.T @ X)
+    return N / (N - n) * bread @ (X.T @ toeplitz(r) @ X) @ bread / np.outer(size, size)
 
 
 def blocks(eps, length, rng):
