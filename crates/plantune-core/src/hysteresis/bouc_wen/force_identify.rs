@@ -53,17 +53,24 @@ pub fn identify_force(x: &[f64], y: &[f64], nu: Option<f64>) -> Result<ForceFit>
     };
     model.check()?;
     let errors: Vec<f64> = model.start().run(x).iter().zip(y).map(|(f, y)| y - f).collect();
+    let sd = deviations(&triangle, &model, found.cost, s, y.len())?;
+    let notes = doubts(&found, y.len(), model.nu, sd[4]);
+    Ok(ForceFit { model, sd, errors, notes })
+}
+
+/// Standard deviations of `k alpha g d nu offset`; refuses what depends on the rest.
+fn deviations(triangle: &Triangle, model: &BoucWenForce, cost: f64, s: f64, N: usize) -> Result<Vec<f64>> {
     let n = triangle.n() - 1;
     let columns: Vec<usize> = (0..n).collect();
-    let solution = solve(&triangle, &columns, n, TOLERANCE).map_err(|deficient| {
+    let solution = solve(triangle, &columns, n, TOLERANCE).map_err(|deficient| {
         let names = ["offset", "k", "alpha", "g", "d", "nu"];
         let open: Vec<&str> = deficient.dependent.iter().map(|&j| names[j]).collect();
         Error::new("X02", format!("the record does not tell {} from the rest", open.join(", ")))
             .measured(deficient.ratio, TOLERANCE)
             .remedy("let x swing so far that its loops open, or pass nu")
     })?;
-    let variance = found.cost / y.len().saturating_sub(n).max(1) as f64;
-    let log = -s.ln();
+    let variance = cost / N.saturating_sub(n).max(1) as f64;
+    let (loss, log) = (s.powf(-model.nu), -s.ln());
     // k, alpha, g, d, nu, offset over the scaled offset, k, alpha, g, d, nu.
     let J = [
         [0.0, 1.0 / s, 0.0, 0.0, 0.0, 0.0],
@@ -74,9 +81,7 @@ pub fn identify_force(x: &[f64], y: &[f64], nu: Option<f64>) -> Result<ForceFit>
         [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     ];
     let P = congruence(&J.map(|row| row[..n].to_vec()), |i, j| variance * solution.inverse_gram[i * n + j]);
-    let sd: Vec<f64> = (0..6).map(|i| P[i * 6 + i].sqrt()).collect();
-    let notes = doubts(&found, y.len(), model.nu, sd[4]);
-    Ok(ForceFit { model, sd, errors, notes })
+    Ok((0..6).map(|i| P[i * 6 + i].sqrt()).collect())
 }
 
 /// Refuses where a straight line is as good, by an F test of zeta and its shape.
