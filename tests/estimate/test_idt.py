@@ -295,7 +295,7 @@ def test_tclab_as_one_lag_agrees_with_the_main_job(data):
 
 
 def test_steps_that_contradict_each_other_are_not_joined(data):
-    """Alone the three steps of tclab have 98, 114 and 73 s; together K would be 0.23."""
+    """Alone the three steps of tclab have 98, 114 and 72 s; together K would be 0.23."""
     t, u, y = np.loadtxt(data("tclab_step") / "data_step_test.csv", delimiter=",").T
     rec = pt.Record(u=u, y=y, Ts=1.005, t=t)
     found, first = pt.estimate.idt(rec), pt.estimate.idt(rec, step_at=t[11])
