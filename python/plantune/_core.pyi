@@ -870,6 +870,11 @@ def hysteresis_check(model: HysteresisModel) -> None:
 def hysteresis_simulate(model: HysteresisModel, x: Floats) -> Floats:
     """Output (N,) from the virgin state."""
 
+def hysteresis_against(
+    model: HysteresisModel, x: Floats, y: Floats
+) -> tuple[Floats, Floats, float]:
+    """Output (N,), its error in percent of the range of `y` (N,), and the rms of that."""
+
 def hysteresis_inverse(model: HysteresisModel) -> Fields:
     """Fields of the model whose output is this one's input."""
 

@@ -6,6 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
+from plantune import _core
 from plantune.hysteresis import SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel, column
 from plantune.plot.style import MEASURED, Names, axis, figure, line, look, record_name
@@ -55,12 +56,8 @@ def hysteresis(
     x, y = column(x, "x"), column(y, "y")
     names = Names(of)
     models = (model, *others)
-    simulated = [m.simulate(x) for m in models]
-    errors = [100 * (f - y) / max(float(np.ptp(y)), 1e-300) for f in simulated]
-    labels = [
-        f"{_name(m)}, {np.sqrt(np.mean(e**2)):.2g} % rms"
-        for m, e in zip(models, errors, strict=True)
-    ]
+    judged = [_core.hysteresis_against(m, x, y) for m in models]
+    labels = [f"{_name(m)}, {rms:.2g} % rms" for m, (_, _, rms) in zip(models, judged, strict=True)]
     fig = figure(
         f"Loop and model: {'; '.join(labels)}",
         f"{record_name(of.source) if of is not None else 'the record'}: {len(x)} rows, "
@@ -71,7 +68,7 @@ def hysteresis(
     shown = slice(None, None, -(-len(x) // MOST))
     line(fig, x[shown], y[shown], "measured", MEASURED, width=3.2)
     rows = np.arange(len(x))[shown]
-    for k, (m, f, e, label) in enumerate(zip(models, simulated, errors, labels, strict=True)):
+    for k, (m, (f, e, _), label) in enumerate(zip(models, judged, labels, strict=True)):
         color, dash = look(k)
         line(fig, x[shown], f[shown], label, color, width=1.5, dash=dash, legendgroup=label)
         line(fig, rows, e[shown], label, color, 2, width=1.3, legendgroup=label, showlegend=False)

@@ -49,6 +49,7 @@ pub use slip_identify::{LearntSlip, identify_slip};
 pub use slip_learner::{SlipLearner, SlipSettings};
 
 use crate::error::{Error, Result};
+use crate::linalg::extent;
 use asymmetric::Order;
 
 /// What remembers: one sample in, one out.
@@ -141,6 +142,23 @@ impl Model {
     /// Output over a record, from the virgin state.
     pub fn simulate(&self, x: &[f64]) -> Result<Vec<f64>> {
         Ok(self.start()?.run(x))
+    }
+
+    /// Output over a record, from the virgin state, its error in percent of the range of `y`, and the rms of that.
+    pub fn against(&self, x: &[f64], y: &[f64]) -> Result<(Vec<f64>, Vec<f64>, f64)> {
+        if x.len() != y.len() {
+            return Err(Error::argument(
+                "y",
+                format!("{} rows", y.len()),
+                &format!("{} rows, as x", x.len()),
+            ));
+        }
+        let simulated = self.simulate(x)?;
+        let (low, high) = extent(y);
+        let percent = 100.0 / (high - low).max(f64::MIN_POSITIVE);
+        let errors: Vec<f64> = simulated.iter().zip(y).map(|(own, y)| percent * (own - y)).collect();
+        let rms = Misfit::of(y, &errors).rms;
+        Ok((simulated, errors, rms))
     }
 
     /// The model whose output is this one's input.

@@ -34,6 +34,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     }
     m.add_function(wrap_pyfunction!(hysteresis_check, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(hysteresis_against, m)?)?;
     m.add_function(wrap_pyfunction!(hysteresis_inverse, m)?)
 }
 
@@ -120,6 +121,19 @@ fn hysteresis_simulate<'py>(
     let x = x.as_slice().map_err(PyErr::from)?;
     let y = py.detach(|| model.0.simulate(x))?;
     Ok(array(py, y))
+}
+
+/// Output over a record, its error in percent of the range of `y`, and the rms of that.
+#[pyfunction]
+fn hysteresis_against<'py>(
+    py: Python<'py>,
+    model: HysteresisIn,
+    x: PyReadonlyArray1<'py, f64>,
+    y: PyReadonlyArray1<'py, f64>,
+) -> Outcome<(Array<'py>, Array<'py>, f64)> {
+    let (x, y) = (x.as_slice().map_err(PyErr::from)?, y.as_slice().map_err(PyErr::from)?);
+    let (simulated, errors, rms) = py.detach(|| model.0.against(x, y))?;
+    Ok((array(py, simulated), array(py, errors), rms))
 }
 
 /// Fields of the inverse.
