@@ -51,6 +51,8 @@ pub struct Limits {
     pub V10: f64,
     /// Standard deviations by which feedback may move gain or time constant of a process model.
     pub V11: f64,
+    /// Points of simulation fit that another level may cost before it is said.
+    pub V13: f64,
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
     /// Share of the integral gain of the best model that tuning over its uncertainty shall keep.
@@ -88,6 +90,7 @@ impl Default for Limits {
             V09: 0.2,
             V10: 1.0,
             V11: 2.0,
+            V13: 5.0,
             X12: 2.0,
             T04: 0.5,
             C07: 2.0,
@@ -98,7 +101,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 28] {
+    pub fn items(&self) -> [(&'static str, f64); 29] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -124,6 +127,7 @@ impl Limits {
             ("V09", self.V09),
             ("V10", self.V10),
             ("V11", self.V11),
+            ("V13", self.V13),
             ("X12", self.X12),
             ("T04", self.T04),
             ("C07", self.C07),

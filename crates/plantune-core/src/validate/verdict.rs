@@ -102,14 +102,16 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let (low, high) = extent(&y);
     let rounding = 1e-9 * (high - low);
     let exact = errors.iter().chain(&simulation_errors).all(|e| e.abs() <= rounding);
-    let mut notes = if exact { Vec::new() } else { notes(rec, &residuals, fit, limits) };
+    let fit_1step = fit_percent(&y, &errors);
+    let mut notes = if exact { Vec::new() } else { notes(rec, &residuals, [fit, fit_1step], limits) };
     if !notes.is_empty() {
         notes.extend(memory(model, rec, limits));
+        notes.extend(level(model, rec, options, [fit, simulated.offset], limits)?);
     }
     let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
     Ok(Verdict {
         fit,
-        fit_1step: fit_percent(&y, &errors),
+        fit_1step,
         rmse: mean_square(&simulation_errors).sqrt(),
         loss: mean_square(&errors),
         N,
@@ -186,10 +188,41 @@ fn by_chance(lags: usize) -> usize {
     1 + lags / 20
 }
 
-fn notes(rec: &Record, residuals: &Residuals, fit: f64, limits: &Limits) -> Vec<Note> {
+/// V13: with a level of its own the record is simulated clearly better.
+fn level(
+    model: &Model,
+    rec: &Record,
+    options: &CheckOptions,
+    [fit, offset]: [f64; 2],
+    limits: &Limits,
+) -> Result<Option<Note>> {
+    if options.offset.is_none() {
+        return Ok(None);
+    }
+    let run = over_record(model, rec, None, options.x0, None)?;
+    let rows = || (0..run.rows.len()).filter(|&k| rec.is_valid(run.rows[k], 0));
+    let y: Vec<f64> = rows().map(|k| rec.y_at(run.rows[k], 0)).collect();
+    let errors: Vec<f64> = rows().zip(&y).map(|(k, y)| y - run.yhat[k]).collect();
+    let own = fit_percent(&y, &errors);
+    Ok((own > 0.0 && own - fit > limits.V13).then(|| {
+        let by = run.offset - offset;
+        let text = format!("the level moved by {by:.4}: with its own the simulation explains {own:.1} %");
+        Note::warning("V13", text)
+            .at(Place::column(&rec.names[rec.nu]))
+            .measured(own - fit, limits.V13)
+            .remedy("look for a disturbance that the inputs do not hold; offset=\"estimate\" judges without it")
+    }))
+}
+
+fn notes(rec: &Record, residuals: &Residuals, [fit, fit_1step]: [f64; 2], limits: &Limits) -> Vec<Note> {
     let follow = (0..rec.nu).filter_map(|i| follows(rec, residuals, i));
     let low = (fit < limits.V01).then(|| {
-        Note::warning("V01", format!("the simulation explains {fit:.1} % on these rows"))
+        let from_y = if fit_1step < limits.V01 {
+            String::new()
+        } else {
+            format!("; {fit_1step:.1} % one step ahead come from the last outputs, not from the inputs")
+        };
+        Note::warning("V01", format!("the simulation explains {fit:.1} % on these rows{from_y}"))
             .measured(fit, limits.V01)
             .remedy("look at the residuals and at the record for disturbances")
     });
