@@ -132,3 +132,29 @@ def test_fewer_rows_than_columns_are_refused():
     with pytest.raises((pt.NotIdentifiable, pt.DataError)) as refusal:
         pt.estimate.least_squares(np.eye(3)[:2], np.ones(2))
     assert refusal.value.code == "X03"
+
+
+def nearly_equal_columns(gap):
+    """y = a + 2 b + 3 c + noise, c apart from a by `gap`."""
+    rng = np.random.default_rng(0)
+    phi = rng.standard_normal((50, 3))
+    phi[:, 2] = phi[:, 0] + gap * rng.standard_normal(50)
+    return phi, phi @ [1.0, 2.0, 3.0] + rng.standard_normal(50)
+
+
+def test_n04_fewer_than_three_digits_are_refused():
+    """Between what keeps its digits (1e-10) and what has no rank left (1e-15, X02)."""
+    assert min(pt.estimate.least_squares(*nearly_equal_columns(1e-10)).expected_digits) > 6
+    with pytest.raises(pt.NumericsError) as refused:
+        pt.estimate.least_squares(*nearly_equal_columns(5e-14))
+    assert refused.value.code == "N04"
+    assert refused.value.measured < refused.value.limit == 3.0
+    with pytest.raises(pt.NotIdentifiable, match="X02"):
+        pt.estimate.least_squares(*nearly_equal_columns(1e-15))
+
+
+def test_n04_a_coefficient_that_is_zero_has_no_digits_to_lose():
+    rng = np.random.default_rng(1)
+    phi = rng.standard_normal((50, 2))
+    fit = pt.estimate.least_squares(phi, phi @ [1.0, 0.0])
+    assert abs(fit.theta[1]) < 1e-15

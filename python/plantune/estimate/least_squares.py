@@ -34,6 +34,8 @@ def least_squares(phi: ArrayLike, y: ArrayLike) -> Fit:
         Lengths differ (D09), or a number is not finite (D07).
     NotIdentifiable
         A column depends on the others (X02), or fewer rows than columns (X03).
+    NumericsError
+        Rounding leaves less than three digits of a coefficient (N04).
 
     Notes
     -----

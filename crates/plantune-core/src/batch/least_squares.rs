@@ -21,6 +21,12 @@ pub const RANK_TOLERANCE: f64 = 1e-14;
 /// Problems whose pivots stay above this share need no refinement.
 const WELL_CONDITIONED: f64 = 1e-2;
 
+/// Decimal digits below which a parameter is no answer.
+const FEWEST_DIGITS: f64 = 3.0;
+
+/// Share of y that the lost digits must amount to: a parameter that is zero has none to lose.
+const LOST: f64 = 1e-9;
+
 /// Parameters with their covariance.
 #[derive(Clone, Debug)]
 pub struct LinearFit {
@@ -51,6 +57,7 @@ pub fn least_squares(phi: &[f64], n: usize, y: &[f64]) -> Result<LinearFit> {
     let rss: f64 = scaled.residuals(&theta, y).iter().map(|r| r * r).sum();
     let s2 = if N > n { rss / (N - n) as f64 } else { f64::NAN };
     let digits = digits(&error, &theta);
+    check_digits(&digits, &error, y)?;
     let factor = |j: usize| scaled.factor[j];
     Ok(LinearFit {
         P: (0..n * n).map(|ij| s2 * solution.inverse_gram[ij] * factor(ij / n) * factor(ij % n)).collect(),
@@ -90,6 +97,19 @@ fn dependent(refusal: &RankDeficient) -> Error {
     .count(refusal.dependent.len())
     .measured(refusal.ratio, RANK_TOLERANCE)
     .remedy("leave that column out or excite it")
+}
+
+/// Refuses parameters of which rounding leaves fewer than three digits (N04).
+fn check_digits(digits: &[f64], error: &[f64], y: &[f64]) -> Result<()> {
+    let size = y.iter().fold(0.0f64, |m, y| m.max(y.abs()));
+    let lost = |j: &usize| digits[*j] < FEWEST_DIGITS && error[*j] > LOST * size;
+    let few: Vec<usize> = (0..digits.len()).filter(lost).collect();
+    let Some(&j) = few.iter().min_by(|&&a, &&b| digits[a].total_cmp(&digits[b])) else { return Ok(()) };
+    let text = format!("rounding leaves {:.1} digits of the coefficient of column {j} of phi", digits[j]);
+    Err(Error::new("N04", text)
+        .count(few.len())
+        .measured(digits[j], FEWEST_DIGITS)
+        .remedy("leave out a column that others nearly repeat, or centre and scale them"))
 }
 
 /// Decimal digits of each parameter that are left when it is wrong by `error`.

@@ -210,7 +210,9 @@ fn level(
         Note::warning("V13", text)
             .at(Place::column(&rec.names[rec.nu]))
             .measured(own - fit, limits.V13)
-            .remedy("look for a disturbance that the inputs do not hold; offset=\"estimate\" judges without it")
+            .remedy(
+                "look for a disturbance that the inputs do not hold; offset=\"estimate\" judges without it",
+            )
     }))
 }
 
