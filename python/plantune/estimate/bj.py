@@ -53,9 +53,11 @@ def bj(
     Notes
     -----
     Plant and noise share nothing, so that the plant stays true where the noise model is too small,
-    in open loop.  The predictor and the search of `oe`, from more starts: the noise model of a
-    converged `oe` or `armax`, weighted null-space fitting, and random ones.  `C`, `D` and `F`
-    are kept stable by reflection.  Source 001, 3.5.7; Ljung 1999, (4.31) and 7.2.
+    in open loop.  The predictor and the search of `oe`; the starts are ranked and the best four
+    followed: plants by simpler methods with a noise model of what they leave, weighted null-space
+    fitting (Galrinho, Rojas and Hjalmarsson 2019), random ones.  `C` and `F` are kept stable by
+    reflection, so that the predictor is; `D` may have its roots anywhere, as a drifting
+    disturbance has.  Source 001, 3.5.7; Ljung 1999, (4.31), lemma 4.2 and 7.2.
 
     Examples
     --------
