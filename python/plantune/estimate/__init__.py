@@ -1,12 +1,16 @@
 """Estimation: a record in, a fitted model with its uncertainty out."""
 
+from plantune.estimate.ararx import ararmax, ararx
 from plantune.estimate.areas import areas
+from plantune.estimate.armax import armax
 from plantune.estimate.arx import arx
+from plantune.estimate.bj import bj
 from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
-from plantune.estimate.pem import armax, oe
+from plantune.estimate.oe import oe
+from plantune.estimate.poly import poly
 from plantune.estimate.process import process
 from plantune.estimate.step_modes import StepModes, idt
 
@@ -14,13 +18,17 @@ __all__ = [
     "Fit",
     "IdtCriterion",
     "StepModes",
+    "ararmax",
+    "ararx",
     "areas",
     "armax",
     "arx",
+    "bj",
     "candidates",
     "idt",
     "idt_criterion",
     "least_squares",
     "oe",
+    "poly",
     "process",
 ]

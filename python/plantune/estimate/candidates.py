@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from plantune.errors import NotIdentifiable, NumericsError
+from plantune.estimate.armax import armax
 from plantune.estimate.arx import arx
 from plantune.estimate.fit import Fit
-from plantune.estimate.pem import armax, oe
+from plantune.estimate.oe import oe
 from plantune.estimate.process import process
 from plantune.notes import Limits, Note, note_of
 from plantune.record import Record

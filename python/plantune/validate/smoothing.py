@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from plantune.estimate.arx import arx
 from plantune.estimate.fit import Fit
+from plantune.estimate.oe import oe
 from plantune.estimate.orders import PerInput
-from plantune.estimate.pem import oe
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, merged
 from plantune.prep.smooth import smooth
 from plantune.record import Record

@@ -63,6 +63,11 @@ impl Orders {
         Orders { nb, nf, nk, ..Orders::default() }
     }
 
+    /// Whether the noise model is more than a moving average beside `A`.
+    pub(super) fn has_many_minima(&self) -> bool {
+        self.nd > 0 || self.nc > 0 && self.nf.iter().any(|&nf| nf > 0)
+    }
+
     /// Number of coefficients.
     pub fn n(&self) -> usize {
         self.na + self.nb.iter().sum::<usize>() + self.nc + self.nd + self.nf.iter().sum::<usize>()

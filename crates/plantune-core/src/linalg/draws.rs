@@ -31,9 +31,14 @@ pub fn normal_draws(mean: &[f64], covariance: &[f64], count: usize, seed: u64) -
 }
 
 /// The splitmix64 generator (Steele, Lea and Flood 2014).
-struct SplitMix(u64);
+pub struct SplitMix(u64);
 
 impl SplitMix {
+    /// The sequence of a seed.
+    pub fn new(seed: u64) -> Self {
+        SplitMix(seed)
+    }
+
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
@@ -43,7 +48,7 @@ impl SplitMix {
     }
 
     /// Uniform in (0, 1).
-    fn uniform(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         ((self.next() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 

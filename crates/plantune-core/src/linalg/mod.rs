@@ -17,7 +17,7 @@ mod simplex;
 mod solve;
 
 pub use congruence::congruence;
-pub use draws::normal_draws;
+pub use draws::{SplitMix, normal_draws};
 #[cfg(test)]
 pub use draws::white;
 pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};

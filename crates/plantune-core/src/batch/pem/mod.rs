@@ -3,27 +3,28 @@
 //! One predictor and its gradient ([`predictor`]) serve every structure; output errors (`F` alone) and ARMAX
 //! (`A` and `C`) are settings of it. The sum of squared errors is minimised by Levenberg-Marquardt
 //! ([`crate::linalg::minimise`]) on the triangle of the gradient's columns: from their products while they are
-//! far from dependent, else by QR. `C` and `F` are kept stable by reflection. The search begins at ARX; only where the minimum leaves something that further lags explain do other starts get their turn.
+//! far from dependent, else by QR. `C` and `F` are kept stable by reflection. [`search`] says where the descents
+//! begin.
 //!
 //! Source 001, 3.5.6 and 3.5.7; Ljung 1999, 7.2 and 10.2.
+
 mod layout;
 mod lines;
 mod predictor;
+mod search;
 mod starts;
 
 use self::predictor::Predictor;
+use self::search::global_minimum;
 use super::fit::{Fit, Status};
 use super::orders::{Orders, copied_input, too_short};
 use super::poly_fit::Scaled;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::linalg::{Minimum, RankDeficient, Residuals, minimise, solve};
+use crate::linalg::{RankDeficient, solve};
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::sim::Start;
-
-/// Share by which a cost must be lower to count as another minimum.
-const LOWER: f64 = 1e-9;
 
 /// What may be set.
 #[derive(Clone, Copy, Debug)]
@@ -81,31 +82,6 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
         fit.notes.push(Note::warning("N05", text).remedy("ask for lower orders, or record longer"));
     }
     fit.finite()
-}
-
-/// The least of the minima that the starts lead to.
-fn global_minimum(predictor: &mut Predictor) -> Option<Minimum> {
-    let mut best: Option<Minimum> = None;
-    let mut last = false;
-    for start in starts::METHODS {
-        let Some(theta) = start(predictor) else { continue };
-        predictor.restart();
-        let Some(minimum) = minimise(predictor, theta) else { continue };
-        last = best.as_ref().is_none_or(|b| minimum.cost < b.cost * (1.0 - LOWER));
-        if last {
-            best = Some(minimum);
-        }
-        let best = best.as_ref()?;
-        if best.converged && predictor.explains_all(best) {
-            break;
-        }
-    }
-    let best = best?;
-    if !last {
-        predictor.restart(); // The states are those of another descent.
-        predictor.linearise(&best.theta);
-    }
-    Some(best)
 }
 
 /// X11 where inputs copy each other; else X10: parameters that the data do not tell apart.

@@ -23,7 +23,8 @@ use super::super::orders::Orders;
 use super::layout::Layout;
 use super::lines::Lines;
 use crate::linalg::{
-    BLOCK, Block, Gram, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2, vectorised,
+    BLOCK, Block, Gram, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2, solve_damped,
+    vectorised,
 };
 use crate::model::PolyModel;
 use crate::poly::{is_stable, reflected};
@@ -42,6 +43,7 @@ pub(super) struct Predictor<'r, 'a> {
     rec: &'r Record<'a>,
     orders: &'r Orders,
     constant: bool,
+    start: Start,
     pub(super) scale_u: Vec<Scale>,
     pub(super) scale_y: Scale,
     u: Vec<Vec<f64>>,
@@ -119,6 +121,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
             rec,
             orders,
             constant,
+            start,
             stretches,
             history,
         }
@@ -147,6 +150,36 @@ impl<'r, 'a> Predictor<'r, 'a> {
 
     pub(super) fn orders(&self) -> &'r Orders {
         self.orders
+    }
+
+    /// The same data for other orders.
+    pub(super) fn of<'o>(&self, orders: &'o Orders) -> Predictor<'o, 'a>
+    where
+        'r: 'o,
+    {
+        Predictor::new(self.rec, orders, self.constant, self.start)
+    }
+
+    /// Rows without a break that the model needs whole.
+    pub(super) fn stretches(&self) -> &[Range<usize>] {
+        &self.stretches
+    }
+
+    /// `A`, `B` and the constant of least cost where `C D F` are those of `theta`, and that cost.
+    ///
+    /// The errors are linear in them.
+    pub(super) fn completed(&mut self, mut theta: Vec<f64>) -> Option<(f64, Vec<f64>)> {
+        let n = self.orders.n();
+        let linear = self.orders.na + self.orders.nb.iter().sum::<usize>();
+        theta.resize(n + usize::from(self.constant), 0.0);
+        self.project(&mut theta);
+        self.restart();
+        let triangle = self.linearise(&theta)?;
+        let columns: Vec<usize> = (0..linear).chain(n..theta.len()).collect();
+        let step = solve_damped(&triangle, &columns, theta.len(), 0.0);
+        columns.iter().zip(step).for_each(|(&j, step)| theta[j] += step);
+        let cost = residual_norm2(&triangle, &columns, theta.len(), 1e-12);
+        cost.is_finite().then_some((cost, theta))
     }
 
     pub(super) fn constant(&self) -> bool {
@@ -332,7 +365,8 @@ impl Residuals for Predictor<'_, '_> {
         Some(common)
     }
 
-    /// `C` and every `F` with their roots inside the unit circle.
+    /// `C` and every `F` with their roots inside the unit circle: then the predictor is stable (Ljung 1999, lemma
+    /// 4.2). `A` and `D` may have theirs anywhere: plants and disturbances that drift or grow.
     fn project(&self, theta: &mut [f64]) {
         let Orders { na, nb, nc, nd, nf, .. } = self.orders;
         let mut from = na + nb.iter().sum::<usize>();

@@ -5,11 +5,23 @@
 //!    for `e(t-1), …` in the regression for `C` (Hannan and Rissanen 1982).
 //! 3. Steiglitz and McBride 1965: ARX on data divided by the last `F`, for output errors.
 //!
-//! Source 000, (2.2-5); Ljung 1999, 10.5.
+//! Where these are not enough, or noise has a `D`, there are more: plants without their noise, from the above,
+//! from instruments ([`super::super::iv4`]) and from a search of their own, each with a noise model of what it
+//! leaves ([`noise`]); weighted null-space fitting ([`wnsf`]); random ones ([`random`]).
+//!
+//! Source 000, (2.2-5); Ljung 1999, 10.5; METHODS 2.1.
 
+mod noise;
+mod random;
+mod wnsf;
+
+use self::noise::with_noise;
+use self::random::random;
+use self::wnsf::wnsf;
 use super::super::arx::columns;
 use super::super::orders::Orders;
 use super::predictor::Predictor;
+use super::search::global_minimum;
 use crate::linalg::solve;
 use crate::model::PolyModel;
 use crate::poly::{at_one, divide, is_stable, reflected};
@@ -27,11 +39,55 @@ const ROWS: usize = 10;
 
 const ROUNDS: usize = 12;
 
+/// Lags of the long ARX in weighted null-space fitting.
+const LAGS: [usize; 2] = [15, 30];
+
+const RANDOM: u64 = 3;
+
 /// Gives `theta`, and the constant if there is one.
 pub(super) type Method = fn(&Predictor) -> Option<Vec<f64>>;
 
-/// The methods, in the order in which they are tried.
+/// The quick methods, in the order in which they are tried.
 pub(super) const METHODS: [Method; 3] = [direct, long, iterated];
+
+/// All others: `theta`, in which `A`, `B` and the constant are still to be found where `C D F` are as they say.
+pub(super) fn others(predictor: &Predictor) -> Vec<Vec<f64>> {
+    let plants = if predictor.orders().has_many_minima() { plants(predictor) } else { Vec::new() };
+    let lags = LAGS.iter().filter_map(|&n| wnsf(predictor, n));
+    plants.into_iter().chain(lags).chain((1..=RANDOM).map(|seed| random(predictor, seed))).collect()
+}
+
+/// Plants, each with a model of the noise that it leaves.
+fn plants(predictor: &Predictor) -> Vec<Vec<f64>> {
+    let orders = predictor.orders();
+    let own = Orders { nc: 0, nd: 0, ..orders.clone() };
+    let plant = predictor.of(&own);
+    let quick = METHODS.iter().filter_map(|method| method(&plant));
+    let mut found: Vec<Vec<f64>> = quick.filter_map(|theta| with_noise(predictor, &theta, &own)).collect();
+    for simpler in simpler(orders) {
+        let minimum = global_minimum(&mut predictor.of(&simpler));
+        let plant = minimum.map(|m| as_plant(&simpler, &m.theta, &own));
+        found.extend(plant.and_then(|theta| with_noise(predictor, &theta, &own)));
+    }
+    found
+}
+
+/// Structures with few minima that hold the plant: output errors, and ARMAX.
+fn simpler(orders: &Orders) -> Vec<Orders> {
+    let nc = orders.nc.max(orders.nd);
+    let nu = orders.nb.len();
+    let na = if orders.na > 0 { orders.na } else { orders.nf.iter().copied().max().unwrap_or(0) };
+    let armax = Orders { na, nc, nd: 0, nf: vec![0; nu], ..orders.clone() };
+    let oe = Orders { nc: 0, nd: 0, ..orders.clone() };
+    if orders.na > 0 { vec![armax] } else { vec![oe, armax] }
+}
+
+/// The plant of a simpler structure, whose `A` stands for every `F_i` where it has none.
+fn as_plant(simpler: &Orders, found: &[f64], own: &Orders) -> Vec<f64> {
+    let from = simpler.model(&found[..simpler.n()], 1.0);
+    let poles = |i: usize| if own.na > 0 || simpler.nf[i] == 0 { &from.A } else { &from.F[i] };
+    theta(own, |i| (reflected_if_needed(poles(i).clone()), from.B.clone()))
+}
 
 /// `theta` and the constant from ARX of the orders asked for.
 fn direct(predictor: &Predictor) -> Option<Vec<f64>> {
