@@ -9,9 +9,11 @@
 mod layout;
 mod lines;
 mod predictor;
+mod rows;
 mod starts;
 
 use self::predictor::Predictor;
+pub(super) use self::rows::rows;
 use super::fit::{Fit, Status};
 use super::orders::{Orders, copied_input, too_short};
 use super::poly_fit::Scaled;
