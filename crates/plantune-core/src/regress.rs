@@ -51,6 +51,20 @@ impl<'r, 'a> Regression<'r, 'a> {
         self.runs.iter().map(Range::len).sum()
     }
 
+    /// Rows that count, each range without a break.
+    pub fn runs(&self) -> &[Range<usize>] {
+        &self.runs
+    }
+
+    /// The rows `[columns | y]` of such a range, column by column.
+    pub fn rows(&self, run: &Range<usize>) -> Vec<Vec<f64>> {
+        let mut all = vec![vec![0.0; run.len()]; self.columns.len() + 1];
+        let (y, columns) = all.split_last_mut().expect("y at least");
+        columns.iter_mut().zip(&self.columns).for_each(|(to, &column)| self.fill(column, run.start, to));
+        self.fill_output(0, run.start, 1.0, y);
+        all
+    }
+
     /// Triangle of `[columns | y]` over all rows.
     pub fn triangle(&self) -> Triangle {
         let n = self.columns.len();

@@ -8,6 +8,7 @@ mod pem;
 mod poly_fit;
 mod process;
 mod sampling;
+mod scores;
 mod step_modes;
 
 pub use arx::arx;
@@ -17,6 +18,7 @@ pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
 pub use sampling::sampling;
+pub use scores::{Scores, scores};
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,

@@ -68,6 +68,19 @@ impl Orders {
         self.nd > 0 || self.nc > 0 && self.nf.iter().any(|&nf| nf > 0)
     }
 
+    /// Those of a model.
+    pub fn of(model: &PolyModel) -> Self {
+        let each = |p: &[Vec<f64>], less: usize| p.iter().map(|p| p.len() - less).collect();
+        Orders {
+            na: model.A.len() - 1,
+            nb: each(&model.B, 0),
+            nc: model.C.len() - 1,
+            nd: model.D.len() - 1,
+            nf: each(&model.F, 1),
+            nk: model.nk.clone(),
+        }
+    }
+
     /// Number of coefficients.
     pub fn n(&self) -> usize {
         self.na + self.nb.iter().sum::<usize>() + self.nc + self.nd + self.nf.iter().sum::<usize>()

@@ -29,7 +29,7 @@ impl Scaled<'_> {
     /// The fit without names and digits, its notes begun.
     pub(super) fn fit(&self, orders: &Orders, Ts: f64, limits: &Limits) -> Fit {
         let (n, all) = (orders.n(), self.theta.len());
-        let unit = self.units(orders);
+        let unit = units(orders, all, self.u, self.y);
         let theta: Vec<f64> = self.theta.iter().zip(&unit).map(|(t, s)| t * s).collect();
         let s2 = self.rss / (self.N - all - self.states) as f64;
         let covariance: Vec<f64> =
@@ -59,20 +59,20 @@ impl Scaled<'_> {
         fit.notes = notes(&fit, self.rss <= EXACT * self.N as f64, limits);
         fit
     }
+}
 
-    /// What one scaled unit of each parameter is in the record's units.
-    fn units(&self, orders: &Orders) -> Vec<f64> {
-        let mut unit = vec![1.0; self.theta.len()];
-        let mut next = orders.na;
-        for (u, &nb) in self.u.iter().zip(&orders.nb) {
-            unit[next..next + nb].fill(u.factor / self.y.factor);
-            next += nb;
-        }
-        if let Some(constant) = unit.get_mut(orders.n()) {
-            *constant = 1.0 / self.y.factor;
-        }
-        unit
+/// What one scaled unit of each of `all` parameters is in the record's units.
+pub(super) fn units(orders: &Orders, all: usize, u: &[Scale], y: Scale) -> Vec<f64> {
+    let mut unit = vec![1.0; all];
+    let mut next = orders.na;
+    for (u, &nb) in u.iter().zip(&orders.nb) {
+        unit[next..next + nb].fill(u.factor / y.factor);
+        next += nb;
     }
+    if let Some(constant) = unit.get_mut(orders.n()) {
+        *constant = 1.0 / y.factor;
+    }
+    unit
 }
 
 /// Covariance of `theta, O` from that of `theta, d`.

@@ -47,19 +47,30 @@ impl Segmented {
 
     /// Local parameters of each segment, given the shared ones; a column that is zero gets zero.
     pub fn locals(&self, shared: &[f64]) -> Vec<Vec<f64>> {
-        self.heads.iter().map(|head| self.back_substitute(head, shared)).collect()
+        let left = |head: &Triangle, i: usize| {
+            let known = shared.iter().enumerate().map(|(j, s)| head.at(i, self.local + j) * s);
+            head.at(i, head.n() - 1) - known.sum::<f64>()
+        };
+        self.heads.iter().map(|head| self.back_substitute(head, |i| left(head, i))).collect()
     }
 
-    fn back_substitute(&self, head: &Triangle, shared: &[f64]) -> Vec<f64> {
-        let rhs = head.n() - 1;
+    /// For each segment the local parameters that explain most of each shared column, and of the right-hand side.
+    pub fn shares(&self) -> Vec<Vec<Vec<f64>>> {
+        let of = |head: &Triangle| {
+            (self.local..head.n()).map(|j| self.back_substitute(head, |i| head.at(i, j))).collect()
+        };
+        self.heads.iter().map(of).collect()
+    }
+
+    /// Solves the triangle of the local columns for a right-hand side.
+    fn back_substitute(&self, head: &Triangle, rhs: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut x = vec![0.0; self.local];
         for i in (0..self.local).rev() {
-            let known: f64 = (i + 1..self.local).map(|j| head.at(i, j) * x[j]).sum::<f64>()
-                + shared.iter().enumerate().map(|(j, s)| head.at(i, self.local + j) * s).sum::<f64>();
+            let known: f64 = (i + 1..self.local).map(|j| head.at(i, j) * x[j]).sum();
             let length = (0..=i).map(|k| head.at(k, i).powi(2)).sum::<f64>().sqrt();
             let diagonal = head.at(i, i);
             if diagonal.abs() > 1e-12 * length {
-                x[i] = (head.at(i, rhs) - known) / diagonal;
+                x[i] = (rhs(i) - known) / diagonal;
             }
         }
         x

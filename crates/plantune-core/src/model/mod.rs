@@ -2,6 +2,7 @@
 
 mod approximate;
 mod convert;
+pub mod derived;
 mod fopdt;
 mod horizon;
 mod pid;

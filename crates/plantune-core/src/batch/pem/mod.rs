@@ -11,10 +11,12 @@
 mod layout;
 mod lines;
 mod predictor;
+mod rows;
 mod search;
 mod starts;
 
 use self::predictor::Predictor;
+pub(super) use self::rows::rows;
 use self::search::global_minimum;
 use super::fit::{Fit, Status};
 use super::orders::{Orders, copied_input, too_short};

@@ -210,6 +210,35 @@ impl<'r, 'a> Predictor<'r, 'a> {
         f_tail(F, more, freedom) > BY_CHANCE
     }
 
+    /// The rows `[psi | eps]` at `theta` of each stretch, column by column, less what its initial state explains;
+    /// and which rows of the record they are.
+    pub(super) fn rows(&mut self, theta: &[f64]) -> Option<Vec<(Vec<Vec<f64>>, Vec<usize>)>> {
+        self.restart();
+        self.linearise(theta)?;
+        self.x0 = self.best.take()?.x0(theta);
+        self.linearise(theta)?;
+        let shares = self.best.as_ref()?.heads.shares();
+        let constant = theta.get(self.orders.n()).copied().unwrap_or(0.0);
+        let of = |(s, shares): (usize, &Vec<Vec<f64>>)| {
+            let mut columns = vec![Vec::new(); self.layout.columns.len() + 1];
+            self.pass(s, constant, |own, rows| {
+                let all = columns.iter_mut().enumerate();
+                all.for_each(|(j, column)| column.extend_from_slice(own.column(j, rows.clone())));
+            });
+            let rest = columns.split_off(self.layout.states);
+            let less = |(mut column, share): (Vec<f64>, &Vec<f64>)| {
+                for (state, share) in columns.iter().zip(share) {
+                    column.iter_mut().zip(state).for_each(|(x, state)| *x -= share * state);
+                }
+                column
+            };
+            let rows = self.stretches[s].start + self.history..self.stretches[s].end;
+            let rows = rows.filter(|&k| self.rec.is_valid(k, 0)).collect();
+            (rest.into_iter().zip(shares).map(less).collect(), rows)
+        };
+        Some(shares.iter().enumerate().map(of).collect())
+    }
+
     /// Starts another descent.
     pub(super) fn restart(&mut self) {
         self.best = None;
