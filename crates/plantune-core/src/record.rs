@@ -30,6 +30,8 @@ pub struct Record<'a> {
     pub starts: Vec<usize>,
     /// Which outputs count, `(N, ny)`; all when absent.
     pub valid: Option<&'a [bool]>,
+    /// Square root of how much the error of each row counts; 1 when absent. See [`crate::batch::robust`].
+    pub weights: Option<&'a [f64]>, // (N)
     /// Row numbers in the original file; `0..N` when absent.
     pub rows: Option<&'a [i64]>,
     /// Time of each row where it does not follow from `t0`, `Ts` and `rows`.
@@ -45,7 +47,7 @@ impl<'a> Record<'a> {
             if n == 1 { vec![letter.to_owned()] } else { (1..=n).map(|i| format!("{letter}{i}")).collect() }
         };
         let names = [numbered("u", nu), numbered("y", ny)].concat();
-        Record { u, y, nu, ny, Ts, t0: 0.0, starts: vec![0], valid: None, rows: None, t: None, names }
+        Record { u, y, nu, ny, Ts, t0: 0.0, starts: vec![0], valid: None, weights: None, rows: None, t: None, names }
             .checked(&Limits::default())
     }
 

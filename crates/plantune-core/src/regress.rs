@@ -78,6 +78,9 @@ impl<'r, 'a> Regression<'r, 'a> {
                     self.fill(column, t, block.next_rows(j, len));
                 }
                 self.fill_output(0, t, 1.0, block.next_rows(n, len));
+                if let Some(weights) = self.rec.weights {
+                    block.weigh(&weights[t..t + len]);
+                }
                 block.grow(len);
                 t += len;
             }

@@ -43,6 +43,7 @@ impl RecordIn<'_> {
             t0: self.t0,
             starts: self.starts.as_array().iter().map(|&s| s as usize).collect(),
             valid: if valid.iter().fold(true, |all, v| all & v) { None } else { Some(valid) },
+            weights: None,
             rows: Some(self.rows.as_slice().map_err(PyErr::from)?),
             t: self.t.as_ref().map(|t| t.as_slice()).transpose().map_err(PyErr::from)?,
             names: [self.u_names.as_slice(), self.y_names.as_slice()].concat(),

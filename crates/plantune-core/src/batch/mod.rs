@@ -2,6 +2,7 @@
 
 mod arx;
 mod fit;
+mod huber;
 mod least_squares;
 mod orders;
 mod pem;
@@ -13,6 +14,7 @@ mod step_modes;
 
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
+pub use huber::robust;
 pub use least_squares::{LinearFit, least_squares};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};

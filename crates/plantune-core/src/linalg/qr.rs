@@ -43,6 +43,13 @@ impl Block {
         &mut self.data[j * BLOCK + self.rows..][..len]
     }
 
+    /// Multiplies the next rows, filled but not yet declared, by a weight each.
+    pub fn weigh(&mut self, weights: &[f64]) {
+        for j in 0..self.n {
+            self.next_rows(j, weights.len()).iter_mut().zip(weights).for_each(|(x, w)| *x *= w);
+        }
+    }
+
     /// Declares `len` filled rows as part of the block.
     pub fn grow(&mut self, len: usize) {
         self.rows += len;

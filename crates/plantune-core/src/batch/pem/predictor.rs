@@ -61,6 +61,8 @@ pub(super) struct Predictor<'r, 'a> {
     model: PolyModel,
     layout: Layout,
     lines: Lines,
+    /// First row of the record that the lines hold.
+    at: usize,
     /// Rows on their way into a QR, once one was needed.
     block: Option<Block>,
     /// Whether columns have been far enough from dependence for sums of their products.
@@ -114,6 +116,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
             x0: vec![vec![0.0; states]; stretches.len()],
             best: None,
             model: orders.model(&vec![0.0; orders.n()], rec.Ts),
+            at: 0,
             block: None,
             lines: Lines::new(layout.count, past),
             by_products: true,
@@ -249,7 +252,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
     /// Triangle of `[initial state | theta, constant | eps]` of one stretch.
     fn stretch(&mut self, s: usize, constant: f64) -> Triangle {
         let n = self.layout.columns.len() + 1;
-        if self.by_products {
+        if self.by_products && self.rec.weights.is_none() {
             let mut gram = Gram::new(n);
             self.pass(s, constant, |own, rows| {
                 gram.add(|j| own.column(j, rows.clone()));
@@ -275,6 +278,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
         let mut t = first;
         while t < end {
             let len = BLOCK.min(end - t);
+            self.at = t;
             let state = (t == first).then_some(s);
             vectorised(
                 #[inline(always)]
@@ -313,6 +317,9 @@ impl<'r, 'a> Predictor<'r, 'a> {
             let to = rows.end.min(from + block.free());
             for j in 0..block.n() {
                 block.next_rows(j, to - from).copy_from_slice(self.column(j, from..to));
+            }
+            if let Some(weights) = self.rec.weights {
+                block.weigh(&weights[self.at + from..self.at + to]);
             }
             block.grow(to - from);
             from = to;
