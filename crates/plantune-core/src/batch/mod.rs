@@ -9,6 +9,7 @@ mod poly_fit;
 mod process;
 mod sampling;
 mod step_modes;
+mod term_arx;
 
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
@@ -21,3 +22,4 @@ pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,
 };
+pub use term_arx::term_arx;
