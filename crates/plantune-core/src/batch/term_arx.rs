@@ -253,7 +253,8 @@ mod tests {
         let mut valid = [true; 40];
         valid[30] = false;
         let mut rec = Record::uniform(&u, 1, &y, 1, 1.0).expect("fine");
-        (rec.starts, rec.valid) = (vec![0, 20], Some(&valid));
+        rec.starts = vec![0, 20];
+        rec.valid = Some(&valid);
         w[10] = f64::NAN;
         let orders = Orders::arx(1, vec![0], vec![1]);
         let fit = term_arx(&rec, &orders, &own, &w, false, &Limits::default()).expect("a fit");

@@ -11,6 +11,7 @@
 use super::rls::Rls;
 use crate::error::{Error, Result};
 use crate::model::{Lagged, Term, TermModel};
+use crate::record::Record;
 
 /// An estimator on its way along a record.
 #[derive(Clone, Debug)]
@@ -103,6 +104,27 @@ impl TermArx {
     pub fn restart(&mut self) {
         self.u.fill(f64::NAN);
         self.y.fill(f64::NAN);
+    }
+
+    /// Learns a record's only input and output: `step` and `skip` in a loop, each segment after a `restart`.
+    pub fn run(&mut self, rec: &Record) -> Result<Vec<f64>> {
+        if rec.nu != 1 || rec.ny != 1 {
+            let came = format!("a record with {} inputs and {} outputs", rec.nu, rec.ny);
+            return Err(Error::argument("rec", came, "one with one input and one output"));
+        }
+        let mut eps = Vec::with_capacity(rec.N());
+        for s in rec.segments() {
+            self.restart();
+            for k in s {
+                eps.push(if rec.is_valid(k, 0) {
+                    self.step(rec.u[k], rec.y[k])?.unwrap_or(f64::NAN)
+                } else {
+                    self.skip(rec.u[k])?;
+                    f64::NAN
+                });
+            }
+        }
+        Ok(eps)
     }
 
     /// Makes `phi(t)`; whether every lag is there.

@@ -43,6 +43,11 @@ pub struct Forecast {
 }
 
 impl Forecaster<'_> {
+    /// Variance of the one-step error of a fit with so many parameters.
+    pub fn variance(loss: f64, N: usize, parameters: usize) -> f64 {
+        loss * N as f64 / N.saturating_sub(parameters).max(1) as f64
+    }
+
     /// Goes on from the last segment of `rec` under the input `u (K, nu)`.
     pub fn forecast(&self, rec: &Record, u: &[f64]) -> Result<Forecast> {
         if u.is_empty() || !u.len().is_multiple_of(rec.nu) || u.iter().any(|x| !x.is_finite()) {

@@ -1,0 +1,38 @@
+//! Forecasts behind the last row of a record.
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use plantune_core::Limits;
+use plantune_core::sim::Forecaster;
+use pyo3::prelude::*;
+
+use crate::error::Outcome;
+use crate::model::ModelIn;
+use crate::values::{Array, LimitsIn, RecordIn, array};
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(forecast, m)?)
+}
+
+/// Output to come and its standard deviation; `P` flat, empty without the part of the parameters.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)] // one function of Python
+fn forecast<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    model: ModelIn,
+    u: PyReadonlyArray2<'py, f64>,
+    offset: f64,
+    P: PyReadonlyArray1<'py, f64>,
+    loss: f64,
+    N: usize,
+    parameters: usize,
+    limits: LimitsIn,
+) -> Outcome<(Array<'py>, Array<'py>)> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let (P, u) = (P.as_slice().map_err(PyErr::from)?, u.as_slice().map_err(PyErr::from)?);
+    let forecaster =
+        Forecaster { model: &model.0, offset, P, variance: Forecaster::variance(loss, N, parameters) };
+    let ahead = py.detach(|| forecaster.forecast(&record, u))?;
+    Ok((array(py, ahead.y), array(py, ahead.sd)))
+}
