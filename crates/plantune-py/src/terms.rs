@@ -3,17 +3,20 @@
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch;
 use plantune_core::model::{Own, Term, TermModel};
+use plantune_core::validate::check_terms;
 use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
 use crate::batch::{FitOut, OrdersIn, run};
 use crate::error::Outcome;
+use crate::validate::{VerdictOut, checked};
 use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(term_arx, m)?)?;
     m.add_function(wrap_pyfunction!(check_terms, m)?)?;
     m.add_function(wrap_pyfunction!(term_simulate, m)?)?;
+    m.add_function(wrap_pyfunction!(term_check, m)?)?;
     m.add_function(wrap_pyfunction!(term_over_record, m)?)
 }
 
@@ -111,4 +114,21 @@ fn term_over_record<'py>(
     let given = given.as_slice().map_err(PyErr::from)?;
     let (rows, yhat) = py.detach(|| model.over_record(&record, given, horizon))?;
     Ok((rows, array(py, yhat)))
+}
+
+/// Fields of `Verdict`, run from the first rows of each segment.
+#[pyfunction]
+fn term_check<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    model: Bound<'py, PyAny>,
+    given: PyReadonlyArray2<'py, f64>,
+    lags: usize,
+    limits: LimitsIn,
+) -> Outcome<VerdictOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let model = model.getattr("core")?.extract::<TermModelIn>()?.model()?;
+    let given = given.as_slice().map_err(PyErr::from)?;
+    checked(py, py.detach(|| check_terms(&model, given, &record, lags, &limits)))
 }

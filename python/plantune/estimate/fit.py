@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plantune.errors import refusal
-from plantune.models import PolyModel, ProcessModel
+from plantune.models import PolyModel, ProcessModel, TermModel
 from plantune.models.convert import from_core
 from plantune.notes import Limits, Note, notes_from_core
 from plantune.record import Floats, Record
@@ -22,7 +22,7 @@ class Fit:
 
     Attributes
     ----------
-    model : PolyModel, ProcessModel or None
+    model : PolyModel, ProcessModel, TermModel or None
         None for a plain least-squares problem.
     theta, sd : array (n,)
         Parameters and their standard deviations.
@@ -31,7 +31,8 @@ class Fit:
     names : tuple of str
         One per parameter.
     offset : array (ny,)
-        `O` in `y = G u + O`, in the record's units; for integrating models the drift.
+        `O` in `y = G u + O`, in the record's units; for integrating models the
+        drift, and with regressors of one's own the constant `d` of the equation.
     x0 : array (segments, n)
         Initial state of each segment at its first row with history.
     N : int
@@ -65,7 +66,7 @@ class Fit:
     """
 
     method: str
-    model: PolyModel | ProcessModel | None
+    model: PolyModel | ProcessModel | TermModel | None
     theta: Floats
     P: Floats
     sd: Floats
@@ -94,7 +95,7 @@ class Fit:
         >>> fit.simulate([0.0, 0.0], Ts=0.02).round(3)
         array([583.451, 583.451])
         """
-        return self._need_model().simulate(u, Ts, x0) + float(self.offset[0])
+        return self._need_model().simulate(u, Ts, x0) + self._level
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -107,14 +108,19 @@ class Fit:
         >>> bool(abs(fit.predict(rec) - rec.y[:, 0])[20:].max() < 1e-6)
         True
         """
-        return self._need_model().predict(rec, horizon, float(self.offset[0]))
+        return self._need_model().predict(rec, horizon, self._level)
 
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
         """What the core draws models from: model, flat covariance, rows, loss, sample time."""
         return self.model, flat(self), self.N, self.loss, self.Ts
 
-    def _need_model(self) -> PolyModel | ProcessModel:
+    @property
+    def _level(self) -> float:
+        """What the output is more than the model's; a `TermModel` has its constant inside."""
+        return 0.0 if isinstance(self.model, TermModel) else float(self.offset[0])
+
+    def _need_model(self) -> PolyModel | ProcessModel | TermModel:
         if self.model is None:
             raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")
         return self.model

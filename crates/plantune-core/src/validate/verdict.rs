@@ -9,7 +9,7 @@ use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::extent;
-use crate::model::Model;
+use crate::model::{Model, TermModel};
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::sim::{OverRecord, Start, over_record};
@@ -65,6 +65,30 @@ pub fn check(
     limits: &Limits,
 ) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
     let verdict = judge(model, rec, options, limits).map_err(|e| (e, None))?;
+    related(rec, verdict, limits)
+}
+
+/// Judges a model with regressors of one's own, run from the first rows of each segment.
+pub fn check_terms(
+    model: &TermModel,
+    given: &[f64],
+    rec: &Record,
+    lags: usize,
+    limits: &Limits,
+) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
+    let run = |horizon: Option<usize>| {
+        let (rows, yhat) = model.over_record(rec, given, horizon).map_err(|e| (e, None))?;
+        Ok(OverRecord { rows, yhat, offset: model.d, x0: Vec::new() })
+    };
+    related(rec, judged(rec, run(None)?, run(Some(1))?, lags, limits, Vec::new), limits)
+}
+
+/// The verdict, unless u explains nothing of y (X04).
+fn related(
+    rec: &Record,
+    verdict: Verdict,
+    limits: &Limits,
+) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
     let p = relation(rec, &verdict);
     if p <= limits.X04 {
         return Ok(verdict);
@@ -86,6 +110,18 @@ pub fn check(
 fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -> Result<Verdict> {
     let simulated = over_record(model, rec, None, options.x0, options.offset)?;
     let predicted = over_record(model, rec, Some(1), options.x0, options.offset)?;
+    Ok(judged(rec, simulated, predicted, options.lags, limits, || memory(model, rec, limits)))
+}
+
+/// What a simulation and a one-step prediction say; `further` says more where there are doubts.
+fn judged(
+    rec: &Record,
+    simulated: OverRecord,
+    predicted: OverRecord,
+    lags: usize,
+    limits: &Limits,
+    further: impl Fn() -> Vec<Note>,
+) -> Verdict {
     let counts =
         |rows: &[usize]| -> Vec<usize> { (0..rows.len()).filter(|&k| rec.is_valid(rows[k], 0)).collect() };
     let errors = |run: &OverRecord| -> Vec<f64> {
@@ -94,7 +130,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let (simulation_errors, errors) = (errors(&simulated), errors(&predicted));
     let rows: Vec<usize> = counts(&predicted.rows).iter().map(|&k| predicted.rows[k]).collect();
     let y: Vec<f64> = rows.iter().map(|&k| rec.y_at(k, 0)).collect();
-    let residuals = residuals(rec, &rows, &errors, options.lags);
+    let residuals = residuals(rec, &rows, &errors, lags);
     let N = errors.len();
     let mean_square = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>() / e.len() as f64;
     let fit = fit_percent(&y, &simulation_errors);
@@ -104,10 +140,10 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let exact = errors.iter().chain(&simulation_errors).all(|e| e.abs() <= rounding);
     let mut notes = if exact { Vec::new() } else { notes(rec, &residuals, fit, limits) };
     if !notes.is_empty() {
-        notes.extend(memory(model, rec, limits));
+        notes.extend(further());
     }
     let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
-    Ok(Verdict {
+    Verdict {
         fit,
         fit_1step: fit_percent(&y, &errors),
         rmse: mean_square(&simulation_errors).sqrt(),
@@ -121,7 +157,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         residuals,
         passed,
         notes,
-    })
+    }
 }
 
 /// 100 for an exact fit, 0 for the mean, negative for worse; an output that stands still is fitted or not.
