@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from plantune.adapt.settings import Settings
-from plantune.models import PID, PolyModel, ProcessModel
+from plantune.models import PID, PolyModel, ProcessModel, TermModel
 from plantune.models.base import LinearModel
 from plantune.models.hysteresis import ChargeLeak, PlayStack, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel

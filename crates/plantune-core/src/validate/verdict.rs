@@ -80,7 +80,7 @@ pub fn check_terms(
         let (rows, yhat) = model.over_record(rec, given, horizon).map_err(|e| (e, None))?;
         Ok(OverRecord { rows, yhat, offset: model.d, x0: Vec::new() })
     };
-    related(rec, judged(rec, run(None)?, run(Some(1))?, lags, limits, Vec::new), limits)
+    related(rec, judged(rec, run(None)?, run(Some(1))?, lags, limits, || None), limits)
 }
 
 /// The verdict, unless u explains nothing of y (X04).
@@ -120,7 +120,7 @@ fn judged(
     predicted: OverRecord,
     lags: usize,
     limits: &Limits,
-    further: impl Fn() -> Vec<Note>,
+    further: impl Fn() -> Option<Note>,
 ) -> Verdict {
     let counts =
         |rows: &[usize]| -> Vec<usize> { (0..rows.len()).filter(|&k| rec.is_valid(rows[k], 0)).collect() };
