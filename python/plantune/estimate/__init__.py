@@ -4,14 +4,17 @@ from plantune.estimate.areas import areas
 from plantune.estimate.arx import arx
 from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
+from plantune.estimate.forecast import Forecast
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.pem import armax, oe
 from plantune.estimate.process import process
+from plantune.estimate.saved import load_fit, save_fit
 from plantune.estimate.step_modes import StepModes, idt
 
 __all__ = [
     "Fit",
+    "Forecast",
     "IdtCriterion",
     "StepModes",
     "areas",
@@ -21,6 +24,8 @@ __all__ = [
     "idt",
     "idt_criterion",
     "least_squares",
+    "load_fit",
     "oe",
     "process",
+    "save_fit",
 ]
