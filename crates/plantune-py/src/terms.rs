@@ -3,7 +3,7 @@
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch;
 use plantune_core::model::{Own, Term, TermModel};
-use plantune_core::validate::check_terms;
+use plantune_core::validate;
 use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
@@ -130,5 +130,5 @@ fn term_check<'py>(
     let record = rec.view(&limits)?;
     let model = model.getattr("core")?.extract::<TermModelIn>()?.model()?;
     let given = given.as_slice().map_err(PyErr::from)?;
-    checked(py, py.detach(|| check_terms(&model, given, &record, lags, &limits)))
+    checked(py, py.detach(|| validate::check_terms(&model, given, &record, lags, &limits)))
 }

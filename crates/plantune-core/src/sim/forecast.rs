@@ -60,13 +60,13 @@ impl Forecaster<'_> {
             *sum += self.variance * h * h;
             Some(*sum)
         });
-        let parameters = self.from_parameters(rec, u, y.len())?;
+        let parameters = self.parameter_variance(rec, u, y.len())?;
         let sd = noise.zip(parameters).map(|(noise, own)| (noise + own).sqrt()).collect();
         Ok(Forecast { y, sd })
     }
 
     /// `g_k' P g_k` for each step ahead.
-    fn from_parameters(&self, rec: &Record, u: &[f64], steps: usize) -> Result<Vec<f64>> {
+    fn parameter_variance(&self, rec: &Record, u: &[f64], steps: usize) -> Result<Vec<f64>> {
         let width = self.P.len().isqrt();
         let theta = self.model.theta();
         let mut gradient = Vec::with_capacity(width);
