@@ -19,7 +19,7 @@ _ORDERS = {
     "ararx": "na nb nd",
     "ararmax": "na nb nc nd",
     "iv4": "na nb",
-    "srivc": "nb nf",
+    "srivc": "n nb",
     "process": "code",
 }
 """Verb, and what `--orders` holds in the order of its arguments; a new verb is one line."""
@@ -91,7 +91,8 @@ def _orders(name: str, given: str) -> dict[str, Any]:
         needed = ",".join(names)
         raise _wrong("orders", repr(given), f"{needed} for {name}", f"--orders {example}")
     if name == "process":
-        return {"code": parts[0]}
+        codes = parts[0].split(":")
+        return {"code": codes if len(codes) > 1 else codes[0]}
     return {order: _numbers("orders", part) for order, part in zip(names, parts, strict=True)}
 
 

@@ -4,37 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import floor, isfinite, log10
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from plantune.models import PolyModel, ProcessModel, TermModel
-from plantune.record import Floats
+
+if TYPE_CHECKING:
+    from plantune.estimate.fit import Fit
 
 _DIGITS = 9  # decimals beyond which a fixed-point number is no pleasure to read
 
 
-def equation(
-    model: PolyModel | ProcessModel | TermModel, sd: Floats, offset: tuple[float, float] | None
-) -> str:
-    """Return the equation of a model; `sd` in the order of its parameters, `offset` with its own.
+def equation(fit: Fit) -> str:
+    """Return the equation of a fit.
 
     Examples
     --------
-    >>> import numpy as np
-    >>> model = PolyModel(A=[1, -0.8745], B=[-0.7455], nk=6, Ts=0.02)
-    >>> print(equation(model, np.array([0.0012, 0.0031]), (583.4512, 0.02)))
-    A(q) y(t) = B(q) u(t - 6) + e(t)
-    A(q) = 1 - 0.8745 (0.0012) q^-1
-    B(q) = -0.7455 (0.0031)
-    O = 583.451 (0.020)
-    Ts = 0.02 s
+    >>> import plantune as pt
+    >>> print(equation(pt.estimate.process(pt.datasets.engine_loop(noise_var=1.5))))
+    G(s) = K e^(-L s) / (T s + 1)
+    K = -5.937 (0.010)
+    T = 0.14901 (0.00088)
+    L = 0.10001 (0.00057)
+    O = 583.35 (0.35)
     """
-    if isinstance(model, ProcessModel):
-        return "\n".join([*_process(model, sd), *_offset("O", offset)])
-    sds = iter(sd.tolist())
+    model, sds = fit.model, iter(fit.sd.tolist())
+    offset = (float(fit.offset[0]), fit.offset_sd) if len(fit.P) > len(fit.theta) else None
     if isinstance(model, TermModel):
         return "\n".join(_terms(model, sds, offset))
-    head, *_, last = str(model).splitlines()
-    return "\n".join([head, *_polynomials(model, sds), *_offset("O", offset), last])
+    level = [] if offset is None else [f"O = {with_sd(*offset)}"]
+    if isinstance(model, PolyModel):
+        head, *_, last = str(model).splitlines()
+        return "\n".join([head, *_polynomials(model, sds), *level, last])
+    shape = _letters(model) if isinstance(model, ProcessModel) else str(model)
+    named = zip(fit.names, fit.theta.tolist(), sds, strict=True)
+    return "\n".join([shape, *(f"{name} = {with_sd(x, sd)}" for name, x, sd in named), *level])
 
 
 def with_sd(value: float, sd: float) -> str:
@@ -52,10 +55,6 @@ def with_sd(value: float, sd: float) -> str:
         return f"{value:.6g} ({sd:.2g})"
     decimals = max(decimals, 0)
     return f"{value:.{decimals}f} ({sd:.{decimals}f})"
-
-
-def _offset(name: str, offset: tuple[float, float] | None) -> list[str]:
-    return [] if offset is None else [f"{name} = {with_sd(*offset)}"]
 
 
 def _polynomials(model: PolyModel, sds: Iterator[float]) -> Iterator[str]:
@@ -91,31 +90,19 @@ def _sum(p: list[float], sds: list[float], first: int) -> str:
     return text
 
 
-def _process(model: ProcessModel, sd: Floats) -> Iterator[str]:
-    """Yield the shape in letters, then a line for each."""
+def _letters(model: ProcessModel) -> str:
+    """Return the shape of a process model in letters."""
     several = len(model.times) > 1
     names = [f"T{i if several else ''}" for i in range(1, len(model.times) + 1)]
     factors = [f"({T} s + 1)" for T in names]
     if model.zeta is not None:
-        first = names[0]
-        factors[0] = f"({first}^2 s^2 + 2 zeta {first} s + 1)"
+        factors[0] = f"({names[0]}^2 s^2 + 2 zeta {names[0]} s + 1)"
     below = " ".join((["s"] if model.integrating else []) + factors)
     above = "K" + (" (Tz s + 1)" if model.Tz else "") + (" e^(-L s)" if model.L else "")
-    yield f"G(s) = {above}" + (f" / ({below})" if " " in below else f" / {below}" * bool(below))
-    values = dict(zip(names, model.times, strict=True))
-    yield from (f"{name} = {with_sd(value, s)}" for name, value, s in _named(model, values, sd))
-
-
-def _named(
-    model: ProcessModel, times: dict[str, float], sd: Floats
-) -> Iterator[tuple[str, float, float]]:
-    """Yield name, value and deviation in the order of `theta`: K, T, L, Tz, zeta."""
-    zeta = {} if model.zeta is None else {"zeta": model.zeta}
-    zero = {"Tz": model.Tz} if model.Tz else {}
-    values = {"K": model.K, **times, **({"L": model.L} if model.L else {}), **zero, **zeta}
-    sds = sd.tolist() if len(sd) == len(values) else [float("nan")] * len(values)
-    for (name, value), s in zip(values.items(), sds, strict=True):
-        yield name, value, s
+    if not below:
+        return f"G(s) = {above}"
+    one = len(factors) + model.integrating == 1
+    return f"G(s) = {above} / {below}" if one else f"G(s) = {above} / ({below})"
 
 
 def _terms(

@@ -186,9 +186,8 @@ class Fit:
         O = 0.259 (0.068)
         Ts = 0.08 s
         """
-        with_offset = len(self.P) > len(self.theta)
-        offset = (float(self.offset[0]), self.offset_sd) if with_offset else None
-        return equation(self._need_model(), self.sd, offset)
+        self._need_model()
+        return equation(self)
 
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
