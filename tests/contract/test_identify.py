@@ -75,6 +75,7 @@ def test_loops_refuse_what_they_do_not_know(stage, wrong):
         (("--model", "magic"), "U01", 2),
         (("--model", "idt", "--order", "two"), "U01", 2),
         (("--model", "idt", "--step-at", 999), "U01", 2),
+        (("--model", "idt", "--save", "x.json"), "U01", 2),
         (("--model", "idt", "--limit", "X01=0.9", "--y", "power"), "D12", 2),
     ],
 )
@@ -140,7 +141,6 @@ def test_a_regressor_of_one_s_own(dryer, tmp_path):
         ("--model", "arx", "--orders", "2,2", "--regressor", "exp(u(t-1))"),
         ("--model", "oe", "--orders", "2,2", "--regressor", "sign(y(t-1))"),
         ("--model", "process"),
-        ("--model", "idt", "--save", "x.json"),
     ],
 )
 def test_a_structure_refuses_orders_that_are_none(dryer, wrong):

@@ -1,8 +1,8 @@
 //! Forecasts behind the last row of a record.
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
-use plantune_core::Limits;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::sim::Forecaster;
+use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -30,6 +30,10 @@ fn forecast<'py>(
 ) -> Outcome<(Array<'py>, Array<'py>)> {
     let limits: Limits = limits.into();
     let record = rec.view(&limits)?;
+    if u.shape()[1] != record.nu {
+        let needed = format!("of shape (K, {}), one row for each step ahead", record.nu);
+        return Err(Error::argument("u_future", format!("of shape {:?}", u.shape()), &needed).into());
+    }
     let (P, u) = (P.as_slice().map_err(PyErr::from)?, u.as_slice().map_err(PyErr::from)?);
     let forecaster =
         Forecaster { model: &model.0, offset, P, variance: Forecaster::variance(loss, N, parameters) };

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import floor, isfinite, log10
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from plantune.models import PolyModel, ProcessModel, TermModel
@@ -22,10 +22,10 @@ def equation(fit: Fit) -> str:
     >>> import plantune as pt
     >>> print(equation(pt.estimate.process(pt.datasets.engine_loop(noise_var=1.5))))
     G(s) = K e^(-L s) / (T s + 1)
-    K = -5.937 (0.010)
-    T = 0.14901 (0.00088)
-    L = 0.10001 (0.00057)
-    O = 583.35 (0.35)
+    K = -5.9345 (0.0054)
+    T = 0.14861 (0.00070)
+    L = 0.10049 (0.00055)
+    O = 583.27 (0.17)
     """
     model, sds = fit.model, iter(fit.sd.tolist())
     offset = (float(fit.offset[0]), fit.offset_sd) if len(fit.P) > len(fit.theta) else None
@@ -50,7 +50,7 @@ def with_sd(value: float, sd: float) -> str:
     """
     if not (isfinite(sd) and sd > 0.0):
         return f"{value:.6g}"
-    decimals = 1 - floor(log10(sd))
+    decimals = 1 - int(f"{sd:.1e}".partition("e")[2])
     if decimals > _DIGITS or decimals < -3 or abs(value) > 1e7:
         return f"{value:.6g} ({sd:.2g})"
     decimals = max(decimals, 0)

@@ -181,9 +181,9 @@ class Fit:
         >>> import plantune as pt
         >>> print(pt.estimate.arx(pt.datasets.hair_dryer(), 2, 2, 3).equation())
         A(q) y(t) = B(q) u(t - 3) + e(t)
-        A(q) = 1 - 1.289 (0.011) q^-1 + 0.4067 (0.0100) q^-2
-        B(q) = 0.0655 (0.0011) + 0.0438 (0.0016) q^-1
-        O = 0.259 (0.068)
+        A(q) = 1 - 1.289 (0.011) q^-1 + 0.407 (0.010) q^-2
+        B(q) = 0.0655 (0.0011) + 0.0438 (0.0017) q^-1
+        O = 0.259 (0.067)
         Ts = 0.08 s
         """
         self._need_model()

@@ -29,10 +29,10 @@ class Forecast:
     >>> fit = pt.estimate.arx(past, 2, 2, 3)
     >>> forecast = fit.forecast(past, ahead.u[:4])
     >>> print(forecast)
-    t 40.00 s  4.9225 ± 0.037
-    t 40.08 s  5.0134 ± 0.061
-    t 40.16 s  5.1151 ± 0.077
-    t 40.24 s  5.2072 ± 0.089
+    t 40.00 s  5.4873 ± 0.042
+    t 40.08 s  5.1527 ± 0.068
+    t 40.16 s  4.8077 ± 0.085
+    t 40.24 s  4.4999 ± 0.096
     """
 
     t: Floats

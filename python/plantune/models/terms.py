@@ -53,7 +53,7 @@ class TermModel:
     B(q) = 0.5
     Ts = 1 s
     >>> model.simulate([1.0, 0.0, 0.0]).round(2)
-    array([0.  , 0.5 , 0.3 ])
+    array([0. , 0.5, 0.3])
     """
 
     kind: ClassVar[str] = "terms"
@@ -110,7 +110,7 @@ class TermModel:
         Parameters
         ----------
         u : array (N,) or (N, nu)
-            Input; before row 0 all signals are zero.
+            Input; before row 0 all signals are zero, and so is a function that has no value.
         Ts : float, optional
             Sample time, as a check.
         x0 : array
@@ -208,7 +208,7 @@ class TermModel:
     def _given_of_inputs(self, u: Floats) -> Floats:
         y = np.zeros(len(u))
         names = {"u_names": self.u_names, "y_names": (self.y_name,)}
-        return self.given(Record(u=u, y=y, Ts=self.Ts, **names), ahead=True)
+        return np.nan_to_num(self.given(Record(u=u, y=y, Ts=self.Ts, **names), ahead=True))
 
     def same_as(self, other: Any) -> bool:
         """Whether the other model has the same class and numbers.
@@ -255,8 +255,8 @@ def regressors_of(given: Sequence[Regressor]) -> tuple[Regressor, ...]:
     if isinstance(given, str):
         given = [given]
     for x in given:
-        pair = not isinstance(x, str) and len(x) == 2 and isinstance(x[0], str) and callable(x[1])
-        if not (isinstance(x, str) or pair):
+        pair = isinstance(x, tuple | list) and [isinstance(x[0], str), *map(callable, x[1:])]
+        if not (isinstance(x, str) or pair == [True, True]):
             raise refusal(
                 "U01",
                 f"`regressors` holds {x!r}",

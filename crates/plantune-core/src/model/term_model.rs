@@ -69,7 +69,8 @@ impl TermModel {
     }
 
     /// Rows with history, and the output predicted there `horizon` steps ahead; `None` simulates from the first
-    /// rows of each segment.
+    /// rows of each segment. Where a given column has no value there is no prediction, and further ones go on from
+    /// what was measured there.
     pub fn over_record(
         &self,
         rec: &Record,
@@ -78,44 +79,23 @@ impl TermModel {
     ) -> Result<(Vec<usize>, Vec<f64>)> {
         self.check(rec, horizon)?;
         let (history, width) = (self.history(), given.len() / rec.N());
+        let known = |t: usize| given[t * width..(t + 1) * width].iter().all(|x| x.is_finite());
         let (mut rows, mut yhat) = (Vec::new(), Vec::new());
         for s in rec.segments().filter(|s| s.len() > history) {
-            let u = |t: usize| &rec.u[s.start * rec.nu..t * rec.nu];
-            let columns = |t: usize| &given[s.start * width..t * width];
-            let known = |t: usize| rec.y[s.start..t].to_vec();
             let first = s.start + history;
-            match horizon {
-                None => yhat.extend(self.simulate(u(s.end), columns(s.end), known(first))?.drain(history..)),
-                Some(steps) => {
-                    for t in first..s.end {
-                        let from = (t + 1).saturating_sub(steps).max(first);
-                        yhat.push(self.ahead(rec, given, s.start, from, t)?);
-                    }
+            let mut run = Run { model: self, rec, given, start: s.start, from: first, y: Vec::new() };
+            for t in first..s.end {
+                if let Some(steps) = horizon {
+                    run.begin((t + 1).saturating_sub(steps).max(first));
+                }
+                run.go_on(t, known)?;
+                if known(t) {
+                    rows.push(t);
+                    yhat.push(run.y[t - run.from]);
                 }
             }
-            rows.extend(first..s.end);
         }
         Ok((rows, yhat))
-    }
-
-    /// The output at row `t`, where those from row `from` on are not known.
-    fn ahead(&self, rec: &Record, given: &[f64], start: usize, from: usize, t: usize) -> Result<f64> {
-        let width = given.len() / rec.N();
-        let mut run: Vec<f64> = Vec::with_capacity(t + 1 - from);
-        for k in from..=t {
-            let at = |s: Lagged| match s {
-                Lagged::Input(i, lag) if k >= start + lag => rec.u_at(k - lag, i),
-                Lagged::Output(lag) if k >= from + lag => run[k - lag - from],
-                Lagged::Output(lag) if k >= start + lag => rec.y_at(k - lag, 0),
-                _ => 0.0,
-            };
-            let next = self.next(&at, &given[k * width..(k + 1) * width]);
-            if !(next.abs() < LARGEST) {
-                return Err(left(k));
-            }
-            run.push(next);
-        }
-        Ok(run[t - from])
     }
 
     fn check(&self, rec: &Record, horizon: Option<usize>) -> Result<()> {
@@ -129,6 +109,44 @@ impl TermModel {
         }
         if horizon == Some(0) {
             return Err(Error::argument("horizon", 0, "at least 1"));
+        }
+        Ok(())
+    }
+}
+
+/// Outputs of the model from row `from` of a segment on, those before it as measured.
+struct Run<'r, 'a> {
+    model: &'r TermModel,
+    rec: &'r Record<'a>,
+    given: &'r [f64],
+    start: usize,
+    from: usize,
+    y: Vec<f64>,
+}
+
+impl Run<'_, '_> {
+    fn begin(&mut self, from: usize) {
+        self.from = from;
+        self.y.clear();
+    }
+
+    /// Up to row `t`; a row that is not `known` is taken as measured.
+    fn go_on(&mut self, t: usize, known: impl Fn(usize) -> bool) -> Result<()> {
+        let Run { model, rec, given, start, from, y } = self;
+        let width = given.len() / rec.N();
+        for k in *from + y.len()..=t {
+            let at = |s: Lagged| match s {
+                Lagged::Input(i, lag) if k >= *start + lag => rec.u_at(k - lag, i),
+                Lagged::Output(lag) if k >= *from + lag => y[k - lag - *from],
+                Lagged::Output(lag) if k >= *start + lag => rec.y_at(k - lag, 0),
+                _ => 0.0,
+            };
+            let next =
+                if known(k) { model.next(&at, &given[k * width..(k + 1) * width]) } else { rec.y_at(k, 0) };
+            if !(next.abs() < LARGEST) {
+                return Err(left(k));
+            }
+            y.push(next);
         }
         Ok(())
     }

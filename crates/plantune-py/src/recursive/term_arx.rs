@@ -175,7 +175,10 @@ impl TermArx {
         self.inner.samples()
     }
 
-    fn __getnewargs_ex__<'py>(&self, py: Python<'py>) -> PyResult<([usize; 3], Bound<'py, PyDict>)> {
+    fn __getnewargs_ex__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<((usize, usize, usize), Bound<'py, PyDict>)> {
         let keywords = PyDict::new(py);
         keywords.set_item("regressors", &self.regressors)?;
         keywords.set_item("lam", self.forget.lam)?;
@@ -184,7 +187,7 @@ impl TermArx {
         keywords.set_item("lam0", self.forget.lam0)?;
         keywords.set_item("rho", self.forget.rho)?;
         keywords.set_item("clip", self.clip)?;
-        Ok((self.orders, keywords))
+        Ok((self.orders.into(), keywords))
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> Array<'py> {
