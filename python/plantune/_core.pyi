@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from plantune.adapt.settings import Settings
-from plantune.models import PID, PolyModel, ProcessModel
+from plantune.models import PID, PolyModel, ProcessModel, TermModel
 from plantune.models.base import LinearModel
 from plantune.models.hysteresis import ChargeLeak, PlayStack, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel
@@ -341,6 +341,45 @@ def least_squares(phi: Floats, y: Floats) -> Fields:
 def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `orders` has `na nb nc nd nf nk`."""
 
+def term_arx(
+    rec: Record,
+    orders: object,
+    regressors: Sequence[tuple[str, int | None]],
+    given: Floats,
+    offset: bool,
+    limits: Limits,
+) -> Fields:
+    """As `arx`, with one input more for each regressor; the offset is the constant `d`."""
+
+def check_terms(texts: Sequence[str], names: Sequence[str]) -> None:
+    """Refuse terms that cannot be read (U01)."""
+
+def term_simulate(model: TermModel, u: Floats, given: Floats, y: Floats) -> Floats:
+    """Output of a `TermModel`, from the outputs `y` that are known."""
+
+def term_over_record(
+    rec: Record, model: TermModel, given: Floats, horizon: int | None, limits: Limits
+) -> tuple[list[int], Floats]:
+    """Rows with history, and the output predicted there."""
+
+def term_check(
+    rec: Record, model: TermModel, given: Floats, lags: int, limits: Limits
+) -> Fields:
+    """Fields of `Verdict`, as `check`."""
+
+def forecast(
+    rec: Record,
+    model: Model,
+    u: Floats,
+    offset: float,
+    P: Floats,
+    loss: float,
+    N: int,
+    parameters: int,
+    limits: Limits,
+) -> tuple[Floats, Floats]:
+    """Output to come and its standard deviation."""
+
 def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
@@ -582,6 +621,45 @@ class ARX(Recursion):
     """Recursive ARX."""
 
     def __init__(self, na: int, nb: int, nk: int = 1, **options: Unpack[Options]) -> None: ...
+
+class TermARX:
+    """Recursive ARX with regressors of one's own."""
+
+    def __init__(
+        self,
+        na: int,
+        nb: int,
+        nk: int = 1,
+        *,
+        regressors: Sequence[str],
+        lam: float = 1.0,
+        offset: bool = True,
+        P0: ArrayLike | None = None,
+        forgetting: str = "exponential",
+        lam0: float | None = None,
+        rho: float | None = None,
+        clip: float | None = None,
+    ) -> None: ...
+    def step(self, u: float, y: float) -> float:
+        """Learn one sample and return its prediction error, NaN where there is none."""
+    def skip(self, u: float) -> None:
+        """Go on without an output."""
+    def restart(self) -> None:
+        """Forget all signals, as after a gap."""
+    def run(self, rec: Record) -> Floats:
+        """Learn a record and return its prediction errors: `step` in a loop."""
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def theta(self) -> Floats: ...
+    @property
+    def sd(self) -> Floats: ...
+    @property
+    def offset(self) -> float: ...
+    @property
+    def noise_sd(self) -> float: ...
+    @property
+    def samples(self) -> int: ...
 
 class ARMAX(Recursion):
     """Recursive ARMAX."""

@@ -75,6 +75,7 @@ def test_loops_refuse_what_they_do_not_know(stage, wrong):
         (("--model", "magic"), "U01", 2),
         (("--model", "idt", "--order", "two"), "U01", 2),
         (("--model", "idt", "--step-at", 999), "U01", 2),
+        (("--model", "idt", "--save", "x.json"), "U01", 2),
         (("--model", "idt", "--limit", "X01=0.9", "--y", "power"), "D12", 2),
     ],
 )
@@ -83,3 +84,66 @@ def test_refusals_have_their_code(step, wrong, code, exit_code):
     done = plantune(*given, *wrong, "--json")
     assert done.exit_code == exit_code
     assert strict_json(done.stdout)["error"]["code"] == code
+
+
+@pytest.fixture
+def dryer(tmp_path):
+    """The hair dryer as a file, and the options that name its columns."""
+    rec = pt.datasets.hair_dryer()
+    path = tmp_path / "dryer.csv"
+    columns = np.c_[rec.u, rec.y]
+    np.savetxt(path, columns, delimiter=",", header="volt,temp", comments="", fmt="%.17g")
+    return ("identify", path, "--u", "volt", "--y", "temp", "--Ts", 0.08)
+
+
+@pytest.mark.parametrize(
+    "model, orders, fit",
+    [
+        ("arx", "2,2", lambda rec: pt.estimate.arx(rec, 2, 2, 3)),
+        ("armax", "2,2,1", lambda rec: pt.estimate.armax(rec, 2, 2, 1, 3)),
+        ("oe", "2,2", lambda rec: pt.estimate.oe(rec, 2, 2, 3)),
+        ("process", "P1D", lambda rec: pt.estimate.process(rec, "P1D")),
+    ],
+)
+def test_a_structure_is_that_of_its_verb(dryer, tmp_path, model, orders, fit):
+    given = (*dryer, "--model", model, "--orders", orders, "--nk", 3)
+    done = plantune(*given, "--split", 0.5, "--out", tmp_path / "model.json")
+    assert done.exit_code == 0, done.output
+    est, val = pt.datasets.hair_dryer().split(0.5)
+    ours = fit(est)
+    assert ours.equation() in done.stdout
+    assert f"on fresh rows: {str(pt.validate.check(val, ours)).splitlines()[0]}" in done.stdout
+    assert pt.io.load_model(tmp_path / "model.json").same_as(ours.model)
+    fields = strict_json(plantune(*given, "--split", 0.5, "--json").stdout)
+    assert fields["fit"]["theta"] == approx(ours.theta.tolist())
+    assert fields["verdict"]["N"] > 400 and fields["equation"] == ours.equation()
+    assert strict_json(plantune(*given, "--json").stdout)["verdict"] is None
+
+
+def test_a_regressor_of_one_s_own(dryer, tmp_path):
+    given = (*dryer, "--model", "arx", "--orders", "2,1", "--nk", 3)
+    more = ("--regressor", "volt(t-4)", "--out", tmp_path / "x.html", "--save", tmp_path / "x.json")
+    done = plantune(*given, *more)
+    assert done.exit_code == 0, done.output
+    assert "volt(t-4)" in done.stdout
+    assert "plotly.js" in (tmp_path / "x.html").read_text(encoding="utf-8")
+    model = pt.io.load_model(tmp_path / "x.json")
+    plain = pt.estimate.arx(pt.datasets.hair_dryer(), 2, 2, 3)
+    assert model.g[0] == approx(plain.theta[3], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ("--model", "arx", "--orders", "2"),
+        ("--model", "arx", "--orders", "2,x"),
+        ("--model", "arx", "--orders", "2,2", "--nk", "-1"),
+        ("--model", "arx", "--orders", "2,2", "--regressor", "exp(u(t-1))"),
+        ("--model", "oe", "--orders", "2,2", "--regressor", "sign(y(t-1))"),
+        ("--model", "process"),
+    ],
+)
+def test_a_structure_refuses_orders_that_are_none(dryer, wrong):
+    done = plantune(*dryer, *wrong, "--json")
+    assert done.exit_code == 2, done.output
+    assert strict_json(done.stdout)["error"]["code"] == "U01"

@@ -47,8 +47,21 @@ impl<'a> Record<'a> {
             if n == 1 { vec![letter.to_owned()] } else { (1..=n).map(|i| format!("{letter}{i}")).collect() }
         };
         let names = [numbered("u", nu), numbered("y", ny)].concat();
-        Record { u, y, nu, ny, Ts, t0: 0.0, starts: vec![0], valid: None, weights: None, rows: None, t: None, names }
-            .checked(&Limits::default())
+        Record {
+            u,
+            y,
+            nu,
+            ny,
+            Ts,
+            t0: 0.0,
+            starts: vec![0],
+            valid: None,
+            weights: None,
+            rows: None,
+            t: None,
+            names,
+        }
+        .checked(&Limits::default())
     }
 
     /// The record itself, if its lengths agree and its numbers are finite (D04, D07 to D09).

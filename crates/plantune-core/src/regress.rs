@@ -31,7 +31,6 @@ pub struct Regression<'r, 'a> {
 impl<'r, 'a> Regression<'r, 'a> {
     /// Rows start where all lagged data exist; centred on the first row if a constant can take up the shift.
     pub fn new(rec: &'r Record<'a>, output: usize, columns: Vec<Column>) -> Self {
-        let centred = columns.contains(&Column::One);
         let na = columns.iter().map(|c| if let Column::MinusOutput(lag) = c { *lag } else { 0 }).max();
         let history = columns
             .iter()
@@ -41,6 +40,12 @@ impl<'r, 'a> Regression<'r, 'a> {
             })
             .max();
         let runs = rec.runs(history.unwrap_or(0), na.unwrap_or(0), output);
+        Regression::over(rec, output, columns, runs)
+    }
+
+    /// On these rows, which have all lagged data.
+    pub fn over(rec: &'r Record<'a>, output: usize, columns: Vec<Column>, runs: Vec<Range<usize>>) -> Self {
+        let centred = columns.contains(&Column::One);
         let u = (0..rec.nu).map(|i| Scale::of(&rec.input(i), centred)).collect();
         let y = Scale::of(&rec.output_held(output), centred);
         Regression { rec, output, columns, runs, u, y }

@@ -70,7 +70,7 @@ fn square(py: Python<'_>, P: Vec<f64>) -> PyResult<Matrix<'_>> {
 }
 
 /// Runs an estimator without the interpreter lock.
-fn run<'py>(
+pub fn run<'py>(
     py: Python<'py>,
     rec: &RecordIn<'_>,
     limits: LimitsIn,
@@ -84,7 +84,7 @@ fn run<'py>(
 
 /// Orders of the polynomial family, by attribute.
 #[derive(FromPyObject)]
-struct OrdersIn {
+pub struct OrdersIn {
     na: usize,
     nb: Vec<usize>,
     nc: usize,

@@ -11,6 +11,7 @@ mod analyze;
 mod bank;
 mod batch;
 mod error;
+mod forecast;
 mod forms;
 mod hysteresis;
 mod model;
@@ -19,6 +20,7 @@ mod recursive;
 mod signal;
 mod sim;
 mod step_modes;
+mod terms;
 mod tune;
 mod validate;
 mod values;
@@ -33,7 +35,9 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         signal::register,
         model::register,
         sim::register,
+        forecast::register,
         batch::register,
+        terms::register,
         step_modes::register,
         recursive::register,
         bank::register,

@@ -31,6 +31,11 @@ pub struct RecordIn<'py> {
 }
 
 impl RecordIn<'_> {
+    /// Names of the inputs, then of the outputs.
+    pub fn names(&self) -> Vec<String> {
+        [self.u_names.as_slice(), self.y_names.as_slice()].concat()
+    }
+
     /// The core's view of the same memory, checked.
     pub fn view(&self, limits: &Limits) -> Outcome<Record<'_>> {
         let valid = self.valid.as_slice().map_err(PyErr::from)?;
@@ -46,7 +51,7 @@ impl RecordIn<'_> {
             weights: None,
             rows: Some(self.rows.as_slice().map_err(PyErr::from)?),
             t: self.t.as_ref().map(|t| t.as_slice()).transpose().map_err(PyErr::from)?,
-            names: [self.u_names.as_slice(), self.y_names.as_slice()].concat(),
+            names: self.names(),
         };
         Ok(record.checked(limits)?)
     }

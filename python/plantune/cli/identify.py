@@ -14,6 +14,7 @@ from plantune.cli.main import app
 from plantune.cli.options import Json, LimitOption, limits_of
 from plantune.cli.output import print_json, refusing, write_file
 from plantune.cli.reading import Reading, takes_record
+from plantune.cli.structures import Identified, identified, orders_help, structures
 from plantune.errors import refusal
 from plantune.estimate import StepModes, idt
 from plantune.hysteresis import Loops
@@ -21,6 +22,7 @@ from plantune.hysteresis.identify import KINDS
 from plantune.io import save_model, to_json
 from plantune.plot.embed import page
 from plantune.record import Record
+from plantune.validate import check
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -28,11 +30,8 @@ if TYPE_CHECKING:
 _LONGEST = 100  # rows of an array up to which JSON holds it
 
 
-class Kind(str, Enum):
-    """What can be identified."""
-
-    idt = "idt"
-    hysteresis = "hysteresis"
+Kind = Enum("Kind", {name: name for name in ("idt", "hysteresis", *structures())}, type=str)
+"""What can be identified: a step response, loops, or a model structure."""
 
 
 @app.command()
@@ -41,8 +40,20 @@ def identify(
     reading: Reading,
     model: Annotated[
         Kind,
-        typer.Option(help="idt: the time constants of a step response; hysteresis: loops."),
+        typer.Option(
+            help="idt: the time constants of a step response; hysteresis: loops; else a structure."
+        ),
     ],
+    orders: Annotated[
+        str, typer.Option(help=f"{orders_help()}. Several inputs: 1:2 in place of a number.")
+    ] = "",
+    nk: Annotated[str, typer.Option(help="structures: delay in samples, 1:2 per input.")] = "1",
+    regressor: Annotated[
+        list[str] | None, typer.Option(help='arx: a term of your own, e.g. "sign(y(t-1))".')
+    ] = None,
+    split: Annotated[
+        float | None, typer.Option(help="structures: share of the rows to fit; the rest judges.")
+    ] = None,
     order: Annotated[str, typer.Option(help="idt: number of poles, or auto.")] = "auto",
     max_order: Annotated[int, typer.Option(help="idt: highest order that auto tries.")] = 4,
     step_at: Annotated[
@@ -57,16 +68,20 @@ def identify(
         float | None, typer.Option(help="hysteresis, series: error that opens the next element.")
     ] = None,
     skip: Annotated[int, typer.Option(help="hysteresis, plays: rows before they are fitted.")] = 0,
-    save: Annotated[Path | None, typer.Option(help="hysteresis: JSON file for the model.")] = None,
-    out: Annotated[Path | None, typer.Option(help="HTML file for the figure.")] = None,
+    save: Annotated[Path | None, typer.Option(help="JSON file for the model; not idt.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="HTML file for the figure, or .json for the model.")
+    ] = None,
     limit: LimitOption = None,
     as_json: Json = False,
 ) -> None:
     """Identify one model of a record, and say what the data support of it."""
     with refusing(as_json):
         rec = reading.record(limits_of(limit))
-        found: StepModes | Loops
-        if model is Kind.idt:
+        found: StepModes | Loops | Identified
+        if out is not None and out.suffix == ".json":
+            save, out = out, None
+        if model.value == "idt":
             found = idt(
                 rec,
                 _count(order, "order"),
@@ -75,18 +90,29 @@ def identify(
                 max_order=max_order,
                 limits=rec.limits,
             )
-        else:
+        elif model.value == "hysteresis":
             x, y = rec.u[:, 0], rec.y[:, 0]
             n = _count(elements, "elements")
             found = hysteresis.identify(x, y, kind, n=n, threshold=threshold, skip=skip)
-            if save is not None:
-                save_model(save, found.model)
+        else:
+            found = identified(rec, model.value, orders, nk, regressor or [], split)
+        if save is not None:
+            _save(save, found)
         if out is not None:
             write_file(out, page(_drawn(found, rec)))
     show(found, as_json)
 
 
-def _drawn(found: StepModes | Loops, rec: Record) -> go.Figure:
+def _save(path: Path, found: StepModes | Loops | Identified) -> None:
+    if isinstance(found, StepModes):
+        text = "the time constants of a step response have no model file"
+        raise refusal("U01", text, remedy="--json prints them")
+    save_model(path, found.fit.model if isinstance(found, Identified) else found.model)
+
+
+def _drawn(found: StepModes | Loops | Identified, rec: Record) -> go.Figure:
+    if isinstance(found, Identified):
+        return plot.compare(found.verdict or check(rec, found.fit), of=rec)
     if isinstance(found, StepModes):
         return plot.step_modes(found, of=rec)
     return plot.hysteresis(found.model, rec.u[:, 0], rec.y[:, 0], of=rec)

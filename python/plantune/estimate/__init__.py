@@ -7,15 +7,18 @@ from plantune.estimate.arx import arx
 from plantune.estimate.bj import bj
 from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
+from plantune.estimate.forecast import Forecast
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.oe import oe
 from plantune.estimate.poly import poly
 from plantune.estimate.process import process
+from plantune.estimate.saved import load_fit, save_fit
 from plantune.estimate.step_modes import StepModes, idt
 
 __all__ = [
     "Fit",
+    "Forecast",
     "IdtCriterion",
     "StepModes",
     "ararmax",
@@ -28,7 +31,9 @@ __all__ = [
     "idt",
     "idt_criterion",
     "least_squares",
+    "load_fit",
     "oe",
     "poly",
     "process",
+    "save_fit",
 ]

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from plantune import _core
 from plantune.estimate.fit import Fit, fit_from_core
 from plantune.estimate.orders import PerInput, orders
+from plantune.estimate.term_arx import term_arx
+from plantune.models.terms import Regressor
 from plantune.notes import DEFAULT_LIMITS, Limits
 from plantune.record import Record
 
@@ -16,6 +20,7 @@ def arx(
     nk: PerInput = 1,
     *,
     offset: bool = True,
+    regressors: Sequence[Regressor] = (),
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q) u(t - nk) + e(t) by least squares.
@@ -30,6 +35,12 @@ def arx(
         Number of b coefficients, >= 1; delay in samples (0 = direct term).
     offset : bool
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
+    regressors : sequence of str, or of (str, function)
+        Further regressors, linear in their coefficients: terms made of lagged signals `u(t-1)`
+        and `y(t-2)` (or the record's names for them), numbers, `+ - * **` and `positive negative
+        sign abs square max min`; or a name with a function from the record to one value per row,
+        NaN where it has none.  Then `nb` may be 0, the model is a `TermModel`, and the constant
+        is its `d`.
     limits : Limits, optional
         Thresholds.
 
@@ -44,9 +55,9 @@ def arx(
     NotIdentifiable
         The input stands still (X01) or supports fewer parameters (X02); fewer usable rows than
         parameters (X03); a delay beyond a third of the record (X05); a regressor without full
-        rank (X08); inputs that copy each other (X11).
+        rank (X08); inputs that copy each other (X11); a regressor that takes one value (X01).
     UsageError
-        Orders that do not fit the record (U01).
+        Orders that do not fit the record, or a regressor that cannot be read (U01).
 
     Notes
     -----
@@ -60,8 +71,17 @@ def arx(
     >>> fit = pt.estimate.arx(rec, 2, 2, 3, offset=False)
     >>> fit.theta.round(6), fit.N
     (array([-1.273739,  0.393546,  0.066618,  0.044482]), 296)
+
+    Other friction to the left than to the right (source 000, chapter 4):
+
+    >>> motor = pt.datasets.printer_motor("prbs", resolution=0, equation_var=0.01)
+    >>> own = pt.estimate.arx(motor, 2, 2, 1, regressors=["positive(y(t-1))", "sign(y(t-1))"])
+    >>> own.names[4:], own.model.kind
+    (('positive(y(t-1))', 'sign(y(t-1))'), 'terms')
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
+    if regressors:
+        return term_arx(rec, na, nb, nk, regressors, offset, limits)
     wanted = orders(rec.nu, na=na, nb=nb, nk=nk)
     fit = _core.arx(rec, wanted, offset, limits)
     return fit_from_core(fit, "ARX", rec, limits)

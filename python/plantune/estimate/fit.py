@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from plantune import _core
 from plantune.errors import refusal
-from plantune.models import PolyModel, ProcessModel
+from plantune.estimate.equation import equation
+from plantune.estimate.forecast import Forecast
+from plantune.models import PolyModel, ProcessModel, TermModel
 from plantune.models.convert import from_core
-from plantune.notes import Limits, Note, notes_from_core
-from plantune.record import Floats, Record
+from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
+from plantune.record import Floats, Record, columns
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +25,7 @@ class Fit:
 
     Attributes
     ----------
-    model : PolyModel, ProcessModel or None
+    model : PolyModel, ProcessModel, TermModel or None
         None for a plain least-squares problem.
     theta, sd : array (n,)
         Parameters and their standard deviations.
@@ -31,7 +34,8 @@ class Fit:
     names : tuple of str
         One per parameter.
     offset : array (ny,)
-        `O` in `y = G u + O`, in the record's units; for integrating models the drift.
+        `O` in `y = G u + O`, in the record's units; for integrating models the
+        drift, and with regressors of one's own the constant `d` of the equation.
     x0 : array (segments, n)
         Initial state of each segment at its first row with history.
     N : int
@@ -65,7 +69,7 @@ class Fit:
     """
 
     method: str
-    model: PolyModel | ProcessModel | None
+    model: PolyModel | ProcessModel | TermModel | None
     theta: Floats
     P: Floats
     sd: Floats
@@ -94,7 +98,7 @@ class Fit:
         >>> fit.simulate([0.0, 0.0], Ts=0.02).round(3)
         array([583.451, 583.451])
         """
-        return self._need_model().simulate(u, Ts, x0) + float(self.offset[0])
+        return self._need_model().simulate(u, Ts, x0) + self._level
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -107,14 +111,95 @@ class Fit:
         >>> bool(abs(fit.predict(rec) - rec.y[:, 0])[20:].max() < 1e-6)
         True
         """
-        return self._need_model().predict(rec, horizon, float(self.offset[0]))
+        return self._need_model().predict(rec, horizon, self._level)
+
+    def forecast(self, rec: Record, u_future: ArrayLike, *, parameters: bool = True) -> Forecast:
+        """Return what comes after the last row of a record, with its standard deviation.
+
+        Parameters
+        ----------
+        rec : Record
+            What was measured; its last segment counts.
+        u_future : array (K,) or (K, nu)
+            Input to come, from one sample time after the last row on.
+        parameters : bool
+            Whether the deviation holds what the parameters leave open, by the delta rule, beside
+            the noise to come, `s^2 sum h_j^2`.
+
+        Returns
+        -------
+        Forecast
+
+        Raises
+        ------
+        UsageError
+            No model, one with regressors of one's own, or an input of another width (U01).
+        NotIdentifiable
+            The last segment is not longer than the model's history (X03).
+
+        Notes
+        -----
+        Ljung 1999, (3.31); Box, Jenkins and Reinsel 1994, (5.2.4).
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> rec = pt.datasets.engine_loop(noise_var=1.5)
+        >>> fit = pt.estimate.oe(rec, 1, 1, 6)
+        >>> ahead = fit.forecast(rec, rec.u[-1].repeat(3))
+        >>> ahead.y.shape, bool((abs(ahead.sd - fit.loss**0.5) < 0.02).all())
+        ((3,), True)
+        """
+        model = self._need_model()
+        if isinstance(model, TermModel):
+            raise refusal(
+                "U01",
+                "noise to come has no closed form where regressors are one's own",
+                remedy="fit.predict(rec, horizon) says what was expected so many steps ahead",
+            )
+        u = columns(u_future, "u_future")
+        P = flat(self) if parameters else np.empty(0)
+        y, sd = _core.forecast(
+            rec,
+            model,
+            u,
+            float(self.offset[0]),
+            P,
+            self.loss,
+            self.N,
+            len(self.P),
+            rec.limits or DEFAULT_LIMITS,
+        )
+        t = rec.time[-1] + rec.Ts * np.arange(1, len(y) + 1)
+        return Forecast(t=t, y=y, sd=sd, source=rec.source)
+
+    def equation(self) -> str:
+        """Return the model as its equation, one standard deviation in brackets behind each number.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> print(pt.estimate.arx(pt.datasets.hair_dryer(), 2, 2, 3).equation())
+        A(q) y(t) = B(q) u(t - 3) + e(t)
+        A(q) = 1 - 1.289 (0.011) q^-1 + 0.407 (0.010) q^-2
+        B(q) = 0.0655 (0.0011) + 0.0438 (0.0017) q^-1
+        O = 0.259 (0.067)
+        Ts = 0.08 s
+        """
+        self._need_model()
+        return equation(self)
 
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
         """What the core draws models from: model, flat covariance, rows, loss, sample time."""
         return self.model, flat(self), self.N, self.loss, self.Ts
 
-    def _need_model(self) -> PolyModel | ProcessModel:
+    @property
+    def _level(self) -> float:
+        """What the output is more than the model's; a `TermModel` has its constant inside."""
+        return 0.0 if isinstance(self.model, TermModel) else float(self.offset[0])
+
+    def _need_model(self) -> PolyModel | ProcessModel | TermModel:
         if self.model is None:
             raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")
         return self.model

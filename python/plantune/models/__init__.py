@@ -5,6 +5,17 @@ from plantune.models.forms import Form, Nearest
 from plantune.models.pid import PID
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
+from plantune.models.terms import TermModel
 from plantune.models.transfer import TransferFunction
 
-__all__ = ["PID", "Form", "Nearest", "PolyModel", "ProcessModel", "TransferFunction", "c2d", "d2c"]
+__all__ = [
+    "PID",
+    "Form",
+    "Nearest",
+    "PolyModel",
+    "ProcessModel",
+    "TermModel",
+    "TransferFunction",
+    "c2d",
+    "d2c",
+]

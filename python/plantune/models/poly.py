@@ -106,15 +106,15 @@ class PolyModel(LinearModel):
             tag = str(i) if several else ""
             over = f"/F{tag}(q)" if len(f) > 1 else ""
             terms.append(f"B{tag}(q){over} u{tag}(t - {nk})")
-            lines.append(f"B{tag}(q) = {_written(b)}")
+            lines.append(f"B{tag}(q) = {written(b)}")
             if over:
-                lines.append(f"F{tag}(q) = {_written(f)}")
+                lines.append(f"F{tag}(q) = {written(f)}")
         noise = "C(q)" if len(self.C) > 1 else ""
         noise += "/D(q)" if len(self.D) > 1 else ""
         left = "A(q) y(t)" if len(self.A) > 1 else "y(t)"
         head = f"{left} = {' + '.join(terms)} + {noise and noise + ' '}e(t)"
         own = [
-            f"{name}(q) = {_written(p)}"
+            f"{name}(q) = {written(p)}"
             for name, p in (("A", self.A), ("C", self.C), ("D", self.D))
             if len(p) > 1
         ]
@@ -128,7 +128,8 @@ def _monic(p: Any, name: str) -> Floats:
     return x
 
 
-def _written(p: Floats) -> str:
+def written(p: Floats) -> str:
+    """Return a polynomial in `q^-1` as text."""
     terms: list[str] = []
     for k, c in enumerate(p):
         power = f" q^-{k}" if k else ""

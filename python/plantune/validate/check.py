@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from plantune import _core
 from plantune.errors import NotIdentifiable, refusal
 from plantune.estimate.fit import Fit
-from plantune.models import PolyModel, ProcessModel
+from plantune.models import PolyModel, ProcessModel, TermModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record
 from plantune.validate.plausible import plausible
@@ -130,7 +130,7 @@ class Verdict:
 
 def check(
     rec: Record,
-    fit: Fit | PolyModel | ProcessModel,
+    fit: Fit | PolyModel | ProcessModel | TermModel,
     *,
     x0: str = "estimate",
     offset: str | None = None,
@@ -154,6 +154,9 @@ def check(
         Most lags of the residual correlations.
     limits : Limits, optional
         Thresholds.
+
+    A model with regressors of one's own (`TermModel`) runs from the first rows of each segment,
+    and has its constant inside: `x0` and `offset` do not concern it.
 
     Returns
     -------
@@ -191,9 +194,14 @@ def check(
     }
     used = own if offset == "fit" else None
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
-    further = (*plausible(fit, limits=limits), *seen, *limits.changes())
+    doubts = () if isinstance(model, TermModel) else plausible(fit, limits=limits)
+    further = (*doubts, *seen, *limits.changes())
     try:
-        d = _core.check(rec, model, x0, used, lags, limits)
+        if isinstance(model, TermModel):
+            d = _core.term_check(rec, model, model.given(rec, ahead=True), lags, limits)
+            extra.update(x0="measured", offset_from="fit")
+        else:
+            d = _core.check(rec, model, x0, used, lags, limits)
     except NotIdentifiable as error:
         if error.result is not None:
             error.result = _verdict(error.result, rec, extra, further)

@@ -149,7 +149,9 @@ fn note(rec: &Record, valid: &[bool], spikes: usize, end: &Reweighted) -> Option
     let note = match (0..rec.N()).find(|&k| rec.is_valid(k, 0) && !valid[k]) {
         Some(first) => Note::info(
             "D19",
-            format!("robust: {spikes} rows beyond {SPIKE} standard deviations are left out, {less} count less"),
+            format!(
+                "robust: {spikes} rows beyond {SPIKE} standard deviations are left out, {less} count less"
+            ),
         )
         .at(rec.place(rec.nu, first)),
         None if less > 0 => Note::info("D19", format!("robust: {less} rows count less, none is left out")),
@@ -184,7 +186,11 @@ mod tests {
             let (u, y) = record(spikes);
             let rec = Record::uniform(&u, 1, &y, 1, 1.0).expect("fine");
             let estimate = |rec: &Record| {
-                if orders.na > 0 { arx(rec, orders, true, &limits) } else { pem(rec, orders, options, &limits) }
+                if orders.na > 0 {
+                    arx(rec, orders, true, &limits)
+                } else {
+                    pem(rec, orders, options, &limits)
+                }
             };
             robust(&rec, true, Start::Estimate, estimate).expect("a fit")
         };

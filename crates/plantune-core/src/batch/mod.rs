@@ -11,6 +11,7 @@ mod process;
 mod sampling;
 mod scores;
 mod step_modes;
+mod term_arx;
 
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
@@ -25,3 +26,4 @@ pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,
 };
+pub use term_arx::term_arx;

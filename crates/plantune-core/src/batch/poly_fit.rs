@@ -10,7 +10,7 @@ use crate::note::Note;
 use crate::record::Scale;
 
 /// Mean squared residual, of an output of at most one, that is rounding.
-const EXACT: f64 = 1e-26;
+pub(super) const EXACT: f64 = 1e-26;
 
 /// A solution on centred and scaled data.
 pub(super) struct Scaled<'s> {
@@ -76,7 +76,7 @@ pub(super) fn units(orders: &Orders, all: usize, u: &[Scale], y: Scale) -> Vec<f
 }
 
 /// Covariance of `theta, O` from that of `theta, d`.
-fn with_offset(covariance: &[f64], gradient: &[f64], all: usize) -> Vec<f64> {
+pub(super) fn with_offset(covariance: &[f64], gradient: &[f64], all: usize) -> Vec<f64> {
     let n = all - 1;
     let to_offset: Vec<f64> =
         (0..all).map(|i| (0..all).map(|j| covariance[i * all + j] * gradient[j]).sum()).collect();
@@ -89,7 +89,7 @@ fn with_offset(covariance: &[f64], gradient: &[f64], all: usize) -> Vec<f64> {
     P
 }
 
-fn notes(fit: &Fit, exact: bool, limits: &Limits) -> Vec<Note> {
+pub(super) fn notes(fit: &Fit, exact: bool, limits: &Limits) -> Vec<Note> {
     let mut notes = Vec::new();
     let n = fit.theta.len();
     let per_parameter = fit.N as f64 / n as f64;

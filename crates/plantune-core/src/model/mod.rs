@@ -10,6 +10,8 @@ mod poly;
 mod process;
 mod realisation;
 mod resonance;
+mod term_model;
+mod terms;
 mod transfer;
 
 pub use approximate::{Delay, approximated};
@@ -21,6 +23,8 @@ pub use poly::PolyModel;
 pub use process::ProcessModel;
 pub use realisation::{Realisation, Transition, sampled};
 pub use resonance::{Mode, resonance};
+pub use term_model::TermModel;
+pub use terms::{Lagged, Own, Term, longest_lag};
 pub use transfer::{TransferFunction, horner};
 
 use std::borrow::Cow;

@@ -9,6 +9,7 @@ mod inverse_transform;
 mod rls;
 mod room;
 mod rpem;
+mod term_arx;
 mod ud;
 mod window;
 
@@ -27,5 +28,6 @@ pub use inverse_transform::InverseTransform;
 pub use rls::Rls;
 pub use room::Room;
 pub use rpem::{Rpem, Settings, Structure, Trace};
+pub use term_arx::TermArx;
 pub use ud::Ud;
 pub use window::{Estimate, Mode, Predictor, Window};

@@ -11,4 +11,4 @@ pub use feedback::{Estimated, Feedback};
 pub use judge::{Delay, Rival, Scores, judge};
 pub use plausibility::plausible;
 pub use residuals::{Residuals, residuals};
-pub use verdict::{CheckOptions, Verdict, check};
+pub use verdict::{CheckOptions, Verdict, check, check_terms};

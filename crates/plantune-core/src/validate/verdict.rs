@@ -9,7 +9,7 @@ use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::extent;
-use crate::model::Model;
+use crate::model::{Model, TermModel};
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::sim::{OverRecord, Start, over_record};
@@ -65,6 +65,30 @@ pub fn check(
     limits: &Limits,
 ) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
     let verdict = judge(model, rec, options, limits).map_err(|e| (e, None))?;
+    related(rec, verdict, limits)
+}
+
+/// Judges a model with regressors of one's own, run from the first rows of each segment.
+pub fn check_terms(
+    model: &TermModel,
+    given: &[f64],
+    rec: &Record,
+    lags: usize,
+    limits: &Limits,
+) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
+    let run = |horizon: Option<usize>| {
+        let (rows, yhat) = model.over_record(rec, given, horizon).map_err(|e| (e, None))?;
+        Ok(OverRecord { rows, yhat, offset: model.d, x0: Vec::new() })
+    };
+    related(rec, judged(rec, run(None)?, run(Some(1))?, lags, limits), limits)
+}
+
+/// The verdict, unless u explains nothing of y (X04).
+fn related(
+    rec: &Record,
+    verdict: Verdict,
+    limits: &Limits,
+) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
     let p = relation(rec, &verdict);
     if p <= limits.X04 {
         return Ok(verdict);
@@ -86,6 +110,23 @@ pub fn check(
 fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -> Result<Verdict> {
     let simulated = over_record(model, rec, None, options.x0, options.offset)?;
     let predicted = over_record(model, rec, Some(1), options.x0, options.offset)?;
+    let mut verdict = judged(rec, simulated, predicted, options.lags, limits);
+    if !verdict.notes.is_empty() {
+        verdict.notes.extend(memory(model, rec, limits));
+        let moved = level(model, rec, options, &verdict, limits)?;
+        verdict.notes.extend(moved);
+    }
+    Ok(verdict)
+}
+
+/// What a simulation and a one-step prediction say.
+fn judged(
+    rec: &Record,
+    simulated: OverRecord,
+    predicted: OverRecord,
+    lags: usize,
+    limits: &Limits,
+) -> Verdict {
     let counts =
         |rows: &[usize]| -> Vec<usize> { (0..rows.len()).filter(|&k| rec.is_valid(rows[k], 0)).collect() };
     let errors = |run: &OverRecord| -> Vec<f64> {
@@ -94,7 +135,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let (simulation_errors, errors) = (errors(&simulated), errors(&predicted));
     let rows: Vec<usize> = counts(&predicted.rows).iter().map(|&k| predicted.rows[k]).collect();
     let y: Vec<f64> = rows.iter().map(|&k| rec.y_at(k, 0)).collect();
-    let residuals = residuals(rec, &rows, &errors, options.lags);
+    let residuals = residuals(rec, &rows, &errors, lags);
     let N = errors.len();
     let mean_square = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>() / e.len() as f64;
     let fit = fit_percent(&y, &simulation_errors);
@@ -103,13 +144,9 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let rounding = 1e-9 * (high - low);
     let exact = errors.iter().chain(&simulation_errors).all(|e| e.abs() <= rounding);
     let fit_1step = fit_percent(&y, &errors);
-    let mut notes = if exact { Vec::new() } else { notes(rec, &residuals, [fit, fit_1step], limits) };
-    if !notes.is_empty() {
-        notes.extend(memory(model, rec, limits));
-        notes.extend(level(model, rec, options, [fit, simulated.offset], limits)?);
-    }
+    let notes = if exact { Vec::new() } else { notes(rec, &residuals, [fit, fit_1step], limits) };
     let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
-    Ok(Verdict {
+    Verdict {
         fit,
         fit_1step,
         rmse: mean_square(&simulation_errors).sqrt(),
@@ -123,7 +160,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         residuals,
         passed,
         notes,
-    })
+    }
 }
 
 /// 100 for an exact fit, 0 for the mean, negative for worse; an output that stands still is fitted or not.
@@ -193,7 +230,7 @@ fn level(
     model: &Model,
     rec: &Record,
     options: &CheckOptions,
-    [fit, offset]: [f64; 2],
+    verdict: &Verdict,
     limits: &Limits,
 ) -> Result<Option<Note>> {
     if options.offset.is_none() {
@@ -204,12 +241,12 @@ fn level(
     let y: Vec<f64> = rows().map(|k| rec.y_at(run.rows[k], 0)).collect();
     let errors: Vec<f64> = rows().zip(&y).map(|(k, y)| y - run.yhat[k]).collect();
     let own = fit_percent(&y, &errors);
-    Ok((own > 0.0 && own - fit > limits.V13).then(|| {
-        let by = run.offset - offset;
+    Ok((own > 0.0 && own - verdict.fit > limits.V13).then(|| {
+        let by = run.offset - verdict.offset;
         let text = format!("the level moved by {by:.4}: with its own the simulation explains {own:.1} %");
         Note::warning("V13", text)
             .at(Place::column(&rec.names[rec.nu]))
-            .measured(own - fit, limits.V13)
+            .measured(own - verdict.fit, limits.V13)
             .remedy(
                 "look for a disturbance that the inputs do not hold; offset=\"estimate\" judges without it",
             )

@@ -176,6 +176,10 @@ impl Options {
                 "P_max" => o.P_max = or_none()?,
                 "P0" => start.P0 = value.extract().map_err(|_| wrong("a number or a matrix"))?,
                 "theta0" => start.theta0 = value.extract().map_err(|_| wrong("an array"))?,
+                "regressors" if kind == "ARX" => {
+                    let text = "ARX takes no regressors of one's own";
+                    return Err(Error::new("U01", text).remedy("recursive.TermARX takes them").into());
+                }
                 _ => {
                     let text = format!("{kind} has no keyword `{name}`");
                     return Err(Error::new("U01", text).remedy(format!("see help(recursive.{kind})")).into());
