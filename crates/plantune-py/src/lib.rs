@@ -13,6 +13,7 @@ mod batch;
 mod error;
 mod forms;
 mod hysteresis;
+mod matrix;
 mod model;
 mod note;
 mod recursive;
@@ -32,6 +33,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         values::register,
         signal::register,
         model::register,
+        matrix::register,
         sim::register,
         batch::register,
         step_modes::register,

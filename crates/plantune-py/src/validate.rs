@@ -21,7 +21,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 
 /// The dict behind `plantune.validate.Verdict(**d)`.
 #[derive(IntoPyObject)]
-struct VerdictOut<'py> {
+pub struct VerdictOut<'py> {
     fit: f64,
     fit_1step: f64,
     rmse: f64,
@@ -40,7 +40,7 @@ struct VerdictOut<'py> {
 
 /// The dict behind `plantune.validate.Residuals(**d)`.
 #[derive(IntoPyObject)]
-struct ResidualsOut<'py> {
+pub struct ResidualsOut<'py> {
     lags: Vec<i64>,
     autocorr: Array<'py>,
     band: f64,
@@ -92,7 +92,15 @@ fn check<'py>(
     let limits: Limits = limits.into();
     let record = rec.view(&limits)?;
     let options = CheckOptions { x0: start(x0)?, offset, lags };
-    match py.detach(|| validate::check(&model.0, &record, &options, &limits)) {
+    outcome(py, py.detach(|| validate::check(&model.0, &record, &options, &limits)))
+}
+
+/// The verdict, or the refusal with the verdict for study.
+pub fn outcome(
+    py: Python<'_>,
+    verdict: Result<Verdict, (plantune_core::Error, Option<Box<Verdict>>)>,
+) -> Outcome<VerdictOut<'_>> {
+    match verdict {
         Ok(verdict) => Ok(verdict_out(py, verdict)),
         Err((error, verdict)) => {
             let partial = verdict.map(|v| verdict_out(py, *v).into_pyobject(py)).transpose()?;

@@ -2,9 +2,20 @@
 
 from plantune.models.convert import c2d, d2c
 from plantune.models.forms import Form, Nearest
+from plantune.models.matrix_poly import MatrixPolyModel
 from plantune.models.pid import PID
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
 from plantune.models.transfer import TransferFunction
 
-__all__ = ["PID", "Form", "Nearest", "PolyModel", "ProcessModel", "TransferFunction", "c2d", "d2c"]
+__all__ = [
+    "PID",
+    "Form",
+    "MatrixPolyModel",
+    "Nearest",
+    "PolyModel",
+    "ProcessModel",
+    "TransferFunction",
+    "c2d",
+    "d2c",
+]

@@ -25,6 +25,21 @@ pub struct MatrixPoly {
     pub Ts: f64,
 }
 
+/// `x(t+1) = F x + G u`, `y = H x + D u`; row-major.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateSpace {
+    /// Number of states.
+    pub n: usize,
+    /// `(n, n)`.
+    pub F: Vec<f64>,
+    /// `(n, nu)`.
+    pub G: Vec<f64>,
+    /// `(ny, n)`.
+    pub H: Vec<f64>,
+    /// `(ny, nu)`.
+    pub D: Vec<f64>,
+}
+
 impl MatrixPoly {
     /// Number of inputs.
     pub fn nu(&self) -> usize {
@@ -122,6 +137,38 @@ impl MatrixPoly {
         eigenvalues(&companion, n)
     }
 
+    /// State space `x(t+1) = F x + G u`, `y = H x + D u` in observer form, with `B_j` counted from lag 0:
+    ///
+    /// ```text
+    /// x_j(t+1) = x_(j+1) - A_j x_1 + (B_j - A_j B_0) u,   y = x_1 + B_0 u
+    /// ```
+    pub fn state_space(&self) -> StateSpace {
+        let (ny, nu) = (self.ny, self.nu());
+        let blocks = self.history().max(1);
+        let n = ny * blocks;
+        let late = |j: usize, entry: usize| {
+            let lag = j.checked_sub(self.nk[entry % nu]);
+            lag.and_then(|lag| self.B.get(lag)).map_or(0.0, |B| B[entry])
+        };
+        let D: Vec<f64> = (0..ny * nu).map(|entry| late(0, entry)).collect();
+        let (mut F, mut G, mut H) = (vec![0.0; n * n], vec![0.0; n * nu], vec![0.0; ny * n]);
+        (0..n - ny).for_each(|i| F[i * n + i + ny] = 1.0);
+        (0..ny).for_each(|i| H[i * n + i] = 1.0);
+        for j in 1..=blocks {
+            for i in 0..ny {
+                let row = (j - 1) * ny + i;
+                let A = self.A.get(j).map(|A| &A[i * ny..][..ny]);
+                A.into_iter().flatten().enumerate().for_each(|(k, a)| F[row * n + k] -= a);
+                for l in 0..nu {
+                    let through: f64 =
+                        A.into_iter().flatten().enumerate().map(|(k, a)| a * D[k * nu + l]).sum();
+                    G[row * nu + l] = late(j, i * nu + l) - through;
+                }
+            }
+        }
+        StateSpace { n, F, G, H, D }
+    }
+
     /// `A(1)`, `(ny, ny)`.
     pub fn A1(&self) -> Vec<f64> {
         sum(&self.A, |_, _| 1.0)
@@ -199,6 +246,21 @@ mod tests {
             }
         }
         assert!((m.freqresp(0.0)[4].re - m.dc_gain()[4]).abs() < 1e-14);
+    }
+
+    #[test]
+    fn the_state_space_is_the_same_system() {
+        let (m, u) = (model(), white(90, 5));
+        let (y, ss) = (m.simulate(&u), m.state_space());
+        let mut x = vec![0.0; ss.n];
+        for (u, y) in u.chunks(3).zip(y.chunks(2)) {
+            for i in 0..2 {
+                let out = inner(&ss.H[i * ss.n..][..ss.n], &x) + inner(&ss.D[3 * i..][..3], u);
+                assert!((out - y[i]).abs() < 1e-12);
+            }
+            let next = |i: usize| inner(&ss.F[i * ss.n..][..ss.n], &x) + inner(&ss.G[3 * i..][..3], u);
+            x = (0..ss.n).map(next).collect();
+        }
     }
 
     /// `det A(z)` vanishes at a pole.

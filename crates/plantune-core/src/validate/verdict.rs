@@ -65,6 +65,15 @@ pub fn check(
     limits: &Limits,
 ) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
     let verdict = judge(model, rec, options, limits).map_err(|e| (e, None))?;
+    related(rec, verdict, limits)
+}
+
+/// The verdict, if the model is better than the mean.
+pub(super) fn related(
+    rec: &Record,
+    verdict: Verdict,
+    limits: &Limits,
+) -> std::result::Result<Verdict, (Error, Option<Box<Verdict>>)> {
     let p = relation(rec, &verdict);
     if p <= limits.X04 {
         return Ok(verdict);
@@ -86,15 +95,27 @@ pub fn check(
 fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -> Result<Verdict> {
     let simulated = over_record(model, rec, None, options.x0, options.offset)?;
     let predicted = over_record(model, rec, Some(1), options.x0, options.offset)?;
+    Ok(judged(rec, simulated, &predicted, options.lags, limits, || memory(model, rec, limits)))
+}
+
+/// The verdict on two runs over a record of one output; `further` looks for what a linear model leaves.
+pub(super) fn judged(
+    rec: &Record,
+    simulated: OverRecord,
+    predicted: &OverRecord,
+    lags: usize,
+    limits: &Limits,
+    further: impl FnOnce() -> Option<Note>,
+) -> Verdict {
     let counts =
         |rows: &[usize]| -> Vec<usize> { (0..rows.len()).filter(|&k| rec.is_valid(rows[k], 0)).collect() };
     let errors = |run: &OverRecord| -> Vec<f64> {
         counts(&run.rows).iter().map(|&k| rec.y_at(run.rows[k], 0) - run.yhat[k]).collect()
     };
-    let (simulation_errors, errors) = (errors(&simulated), errors(&predicted));
+    let (simulation_errors, errors) = (errors(&simulated), errors(predicted));
     let rows: Vec<usize> = counts(&predicted.rows).iter().map(|&k| predicted.rows[k]).collect();
     let y: Vec<f64> = rows.iter().map(|&k| rec.y_at(k, 0)).collect();
-    let residuals = residuals(rec, &rows, &errors, options.lags);
+    let residuals = residuals(rec, &rows, &errors, lags);
     let N = errors.len();
     let mean_square = |e: &[f64]| e.iter().map(|x| x * x).sum::<f64>() / e.len() as f64;
     let fit = fit_percent(&y, &simulation_errors);
@@ -104,10 +125,10 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     let exact = errors.iter().chain(&simulation_errors).all(|e| e.abs() <= rounding);
     let mut notes = if exact { Vec::new() } else { notes(rec, &residuals, fit, limits) };
     if !notes.is_empty() {
-        notes.extend(memory(model, rec, limits));
+        notes.extend(further());
     }
     let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
-    Ok(Verdict {
+    Verdict {
         fit,
         fit_1step: fit_percent(&y, &errors),
         rmse: mean_square(&simulation_errors).sqrt(),
@@ -121,7 +142,7 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         residuals,
         passed,
         notes,
-    })
+    }
 }
 
 /// 100 for an exact fit, 0 for the mean, negative for worse; an output that stands still is fitted or not.
