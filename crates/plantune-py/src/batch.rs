@@ -1,7 +1,7 @@
 //! Batch estimators.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::batch::{self, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
+use plantune_core::batch::{self, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations};
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
@@ -16,6 +16,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
+    m.add_function(wrap_pyfunction!(srivc, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -159,6 +160,19 @@ fn p1d<'py>(
 ) -> Outcome<FitOut<'py>> {
     let options = ProcessOptions { offset, L };
     run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
+}
+
+#[pyfunction]
+fn srivc<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    orders: (usize, usize),
+    offset: bool,
+    L: Option<(f64, f64)>,
+    limits: LimitsIn,
+) -> Outcome<FitOut<'py>> {
+    let options = SrivcOptions { n: orders.0, nb: orders.1, offset, L };
+    run(py, &rec, limits, |record, limits| batch::srivc(record, &options, limits))
 }
 
 #[pyfunction]

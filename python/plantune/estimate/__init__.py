@@ -8,6 +8,7 @@ from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.pem import armax, oe
 from plantune.estimate.process import process
+from plantune.estimate.srivc import srivc
 from plantune.estimate.step_modes import StepModes, idt
 
 __all__ = [
@@ -23,4 +24,5 @@ __all__ = [
     "least_squares",
     "oe",
     "process",
+    "srivc",
 ]

@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plantune.errors import refusal
-from plantune.models import PolyModel, ProcessModel
+from plantune.models import MatrixPolyModel, PolyModel, ProcessModel, TransferFunction
 from plantune.models.convert import from_core
 from plantune.notes import Limits, Note, notes_from_core
 from plantune.record import Floats, Record
+
+
+Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel
+"""What an estimator may find."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +26,7 @@ class Fit:
 
     Attributes
     ----------
-    model : PolyModel, ProcessModel or None
+    model : PolyModel, ProcessModel, TransferFunction, MatrixPolyModel or None
         None for a plain least-squares problem.
     theta, sd : array (n,)
         Parameters and their standard deviations.
@@ -65,7 +69,7 @@ class Fit:
     """
 
     method: str
-    model: PolyModel | ProcessModel | None
+    model: Any  # `Fitted`; which one the method says
     theta: Floats
     P: Floats
     sd: Floats
@@ -94,7 +98,7 @@ class Fit:
         >>> fit.simulate([0.0, 0.0], Ts=0.02).round(3)
         array([583.451, 583.451])
         """
-        return self._need_model().simulate(u, Ts, x0) + float(self.offset[0])
+        return self._need_model().simulate(u, Ts, x0) + self.offset
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -107,14 +111,15 @@ class Fit:
         >>> bool(abs(fit.predict(rec) - rec.y[:, 0])[20:].max() < 1e-6)
         True
         """
-        return self._need_model().predict(rec, horizon, float(self.offset[0]))
+        level = float(self.offset[0]) if len(self.offset) == 1 else self.offset
+        return self._need_model().predict(rec, horizon, level)
 
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
         """What the core draws models from: model, flat covariance, rows, loss, sample time."""
         return self.model, flat(self), self.N, self.loss, self.Ts
 
-    def _need_model(self) -> PolyModel | ProcessModel:
+    def _need_model(self) -> Any:
         if self.model is None:
             raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")
         return self.model
@@ -126,15 +131,15 @@ class Fit:
             f"  {name:<{width}} {value:12.6g} ± {sd:.3g}"
             for name, value, sd in zip(self.names, self.theta, self.sd, strict=True)
         ]
-        if len(self.P) > len(self.theta):
-            sd = self.offset_sd
-            lines.append(f"  {'offset':<{width}} {self.offset[0]:12.6g} ± {sd:.3g}")
+        for i, variance in enumerate(np.diag(self.P)[len(self.theta) :]):
+            name = f"offset{i + 1}" if len(self.offset) > 1 else "offset"
+            lines.append(f"  {name:<{width}} {self.offset[i]:12.6g} ± {np.sqrt(variance):.3g}")
         tail = f"  {self.N} rows, loss {self.loss:.4g}, {self.status}"
         return "\n".join([self.method + head, *lines, tail, *(f"  {n}" for n in self.notes)])
 
     @property
     def offset_sd(self) -> float:
-        """Standard deviation of the offset; NaN where it was not estimated."""
+        """Standard deviation of the (first) offset; NaN where it was not estimated."""
         n = len(self.theta)
         return float(np.sqrt(self.P[n, n])) if len(self.P) > n else float("nan")
 
@@ -144,15 +149,21 @@ def flat(fit: Fit) -> Floats:
     return np.ascontiguousarray(fit.P).reshape(-1)
 
 
-def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits: Limits) -> Fit:
-    """Return the fit that the core sends as a dict."""
+def fit_from_core(
+    d: Mapping[str, Any],
+    method: str,
+    rec: Record | None,
+    limits: Limits,
+    further: tuple[Note, ...] = (),
+) -> Fit:
+    """Return the fit that the core sends as a dict, with further notes."""
     return Fit(
         method=method,
         **{
             **d,
             "model": None if d["model"] is None else from_core(d["model"]),
             "names": tuple(d["names"]),
-            "notes": (*notes_from_core(d["notes"]), *limits.changes()),
+            "notes": (*notes_from_core(d["notes"]), *further, *limits.changes()),
         },
         source="" if rec is None else rec.source,
         Ts=None if rec is None else rec.Ts,

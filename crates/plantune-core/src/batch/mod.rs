@@ -9,6 +9,7 @@ mod pem;
 mod poly_fit;
 mod process;
 mod sampling;
+mod srivc;
 mod step_modes;
 
 pub use arx::arx;
@@ -19,6 +20,7 @@ pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
 pub use sampling::sampling;
+pub use srivc::{SrivcOptions, srivc};
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,

@@ -136,12 +136,12 @@ impl Model {
         }
     }
 
-    /// Parameters in the order of their names; a transfer function has none with names.
+    /// Parameters in the order of their names.
     pub fn theta(&self) -> Vec<f64> {
         match self {
             Model::Poly(m) => m.theta(),
             Model::Process(m) => m.theta(),
-            Model::Transfer(_) => Vec::new(),
+            Model::Transfer(m) => m.theta(),
         }
     }
 
@@ -150,7 +150,7 @@ impl Model {
         match self {
             Model::Poly(m) => Model::Poly(m.with_theta(theta)),
             Model::Process(m) => Model::Process(m.with_theta(theta)),
-            Model::Transfer(m) => Model::Transfer(m.clone()),
+            Model::Transfer(m) => Model::Transfer(m.with_theta(theta)),
         }
     }
 
