@@ -1,7 +1,9 @@
 //! Batch estimators.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::batch::{self, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations};
+use plantune_core::batch::{
+    self, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations,
+};
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 

@@ -153,10 +153,5 @@ fn matrix_state_space(
 ) -> PyResult<(Matrix<'_>, Matrix<'_>, Matrix<'_>, Matrix<'_>)> {
     let model = MatrixPoly::from(model);
     let (ss, nu) = (model.state_space(), model.nu());
-    Ok((
-        matrix(py, ss.F, ss.n)?,
-        matrix(py, ss.G, nu)?,
-        matrix(py, ss.H, ss.n)?,
-        matrix(py, ss.D, nu)?,
-    ))
+    Ok((matrix(py, ss.F, ss.n)?, matrix(py, ss.G, nu)?, matrix(py, ss.H, ss.n)?, matrix(py, ss.D, nu)?))
 }

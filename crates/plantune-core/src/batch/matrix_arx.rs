@@ -94,10 +94,8 @@ struct Equation {
 impl<'r, 'a> Rows<'r, 'a> {
     fn new(rec: &'r Record<'a>, orders: &'r Orders, offset: bool) -> Self {
         let scaled = |column: &[f64], scale: &Scale| column.iter().map(|x| scale.apply(*x)).collect();
-        let (inputs, outputs): (Vec<_>, Vec<_>) = (
-            (0..rec.nu).map(|i| rec.input(i)).collect(),
-            (0..rec.ny).map(|i| rec.output_held(i)).collect(),
-        );
+        let (inputs, outputs): (Vec<_>, Vec<_>) =
+            ((0..rec.nu).map(|i| rec.input(i)).collect(), (0..rec.ny).map(|i| rec.output_held(i)).collect());
         let u_scale: Vec<Scale> = inputs.iter().map(|x| Scale::of(x, offset)).collect();
         let y_scale: Vec<Scale> = outputs.iter().map(|x| Scale::of(x, offset)).collect();
         Rows {
@@ -119,8 +117,7 @@ impl<'r, 'a> Rows<'r, 'a> {
         let all = |t: usize| (0..rec.ny).all(|i| rec.is_valid(t, i));
         let begin = move |s: Range<usize>| (s.start + history).min(s.end)..s.end;
         self.rec.segments().flat_map(begin).filter(move |&t| {
-            rec.valid.is_none()
-                || outputs.iter().all(|&i| rec.is_valid(t, i)) && (t - na..t).all(all)
+            rec.valid.is_none() || outputs.iter().all(|&i| rec.is_valid(t, i)) && (t - na..t).all(all)
         })
     }
 
@@ -167,9 +164,8 @@ impl<'r, 'a> Rows<'r, 'a> {
         let N = self.used();
         let model = self.model(equations);
         let (offset, P) = self.levels(&model, equations, &blocks);
-        let mean = |i: usize| {
-            equations[i].solution.rss / self.y_scale[i].factor.powi(2) / equations[i].N as f64
-        };
+        let mean =
+            |i: usize| equations[i].solution.rss / self.y_scale[i].factor.powi(2) / equations[i].N as f64;
         let per_output = self.n - usize::from(self.offset);
         let theta: Vec<f64> = (0..ny).flat_map(|i| self.theta(equations, i)[..per_output].to_vec()).collect();
         let mut fit = MatrixFit {
@@ -294,10 +290,8 @@ impl<'r, 'a> Rows<'r, 'a> {
         if !self.offset {
             return (vec![0.0; ny], congruence(&map, P));
         }
-        let (u0, y0): (Vec<f64>, Vec<f64>) = (
-            self.u_scale.iter().map(|s| s.zero).collect(),
-            self.y_scale.iter().map(|s| s.zero).collect(),
-        );
+        let (u0, y0): (Vec<f64>, Vec<f64>) =
+            (self.u_scale.iter().map(|s| s.zero).collect(), self.y_scale.iter().map(|s| s.zero).collect());
         let B1 = model.B1();
         let rest: Vec<f64> =
             (0..ny).map(|i| self.theta(equations, i)[per_output] - inner(&B1[i * nu..][..nu], &u0)).collect();
@@ -350,7 +344,8 @@ impl MatrixFit {
 
 /// `G_i^-1 G_ij G_j^-1` with `G_ij = R' R` of the rows that both share.
 fn between(i: &Equation, triangle: &Triangle, j: &Equation, n: usize) -> Vec<f64> {
-    let gram = |k: usize, l: usize| (0..=k.min(l)).map(|r| triangle.at(r, k) * triangle.at(r, l)).sum::<f64>();
+    let gram =
+        |k: usize, l: usize| (0..=k.min(l)).map(|r| triangle.at(r, k) * triangle.at(r, l)).sum::<f64>();
     let G: Vec<f64> = (0..n * n).map(|kl| gram(kl / n, kl % n)).collect();
     product(&product(&i.solution.inverse_gram, &G, n), &j.solution.inverse_gram, n)
 }

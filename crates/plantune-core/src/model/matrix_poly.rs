@@ -221,9 +221,8 @@ mod tests {
         let y = m.simulate(&u);
         for k in 4..30 {
             for i in 0..2 {
-                let left: f64 = (0..3)
-                    .map(|j| (0..2).map(|l| m.A[j][2 * i + l] * y[2 * (k - j) + l]).sum::<f64>())
-                    .sum();
+                let left: f64 =
+                    (0..3).map(|j| (0..2).map(|l| m.A[j][2 * i + l] * y[2 * (k - j) + l]).sum::<f64>()).sum();
                 let right: f64 = (0..2)
                     .map(|j| (0..3).map(|l| m.B[j][3 * i + l] * u[3 * (k - j - m.nk[l]) + l]).sum::<f64>())
                     .sum();

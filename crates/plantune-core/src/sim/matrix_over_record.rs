@@ -32,7 +32,8 @@ pub fn matrix_over_record(
             .measured(rec.N() as f64, history as f64 + 1.0)
             .remedy("give a longer record"));
     }
-    let simulated = (horizon.is_none() || offset.is_none()).then(|| simulated(model, rec, start, offset, &segments));
+    let simulated =
+        (horizon.is_none() || offset.is_none()).then(|| simulated(model, rec, start, offset, &segments));
     let level = match (&simulated, offset) {
         (_, Some(known)) => known.to_vec(),
         (Some(run), None) => run.offset.clone(),
@@ -182,9 +183,10 @@ fn predicted(
 fn filled(model: &MatrixPoly, rec: &Record, s: Range<usize>, offset: &[f64]) -> Vec<f64> {
     let ny = model.ny;
     let u = &rec.u[s.start * rec.nu..s.end * rec.nu];
-    let mut y: Vec<f64> = rec.y[s.start * ny..s.end * ny].chunks(ny).flat_map(|row| {
-        row.iter().zip(offset).map(|(y, o)| y - o).collect::<Vec<f64>>()
-    }).collect();
+    let mut y: Vec<f64> = rec.y[s.start * ny..s.end * ny]
+        .chunks(ny)
+        .flat_map(|row| row.iter().zip(offset).map(|(y, o)| y - o).collect::<Vec<f64>>())
+        .collect();
     for k in (model.history()..s.len()).filter(|k| (0..ny).any(|i| !rec.is_valid(s.start + k, i))) {
         let next = model.next(&y, u, k);
         for i in (0..ny).filter(|&i| !rec.is_valid(s.start + k, i)) {

@@ -113,7 +113,11 @@ mod tests {
     fn a_held_and_late_signal_is_filtered_as_the_sampled_plant() {
         let a = [3.0, 2.0, 1.5];
         let plant = TransferFunction { num: vec![1.0], den: vec![1.5, 2.0, 3.0, 1.0], L: 2.3 };
-        let v: Vec<f64> = crate::linalg::white(60, 1).into_iter().enumerate().map(|(k, v)| if k < 4 { 0.0 } else { v }).collect();
+        let v: Vec<f64> = crate::linalg::white(60, 1)
+            .into_iter()
+            .enumerate()
+            .map(|(k, v)| if k < 4 { 0.0 } else { v })
+            .collect();
         let z = Filter::new(&a).expect("finite").late(&v, 2.3);
         let y = sampled(&plant, 1.0).simulate(&v, 1);
         assert!((0..60).all(|k| (z[4 * k] - y[k]).abs() < 1e-11));

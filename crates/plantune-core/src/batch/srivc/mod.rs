@@ -170,11 +170,7 @@ fn fit(
     let theta = values[..n + nb + 1].to_vec();
     let sd = standard_deviations(&P, theta.len());
     let first = n == 1 && nb == 1;
-    let speed = if first {
-        sampling(theta[1], theta[1] + 2.0 * sd[1], rec.Ts, limits)?
-    } else {
-        None
-    };
+    let speed = if first { sampling(theta[1], theta[1] + 2.0 * sd[1], rec.Ts, limits)? } else { None };
     let status = if best.moved <= AT_REST { Status::Converged } else { Status::NotConverged };
     Fit {
         model: model(&theta, n, nb),

@@ -54,7 +54,9 @@ impl Data {
         map.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut starts: Vec<(f64, f64)> = Vec::new();
         for (_, T, L) in map {
-            let far = |&(other, at): &(f64, f64)| (L - at).abs() > (0.5 * T).max(2.0) || T / other > 4.0 || other / T > 4.0;
+            let far = |&(other, at): &(f64, f64)| {
+                (L - at).abs() > (0.5 * T).max(2.0) || T / other > 4.0 || other / T > 4.0
+            };
             if starts.len() < 3 && starts.iter().all(far) {
                 starts.push((T, L));
             }
