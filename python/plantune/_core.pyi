@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from plantune.adapt.settings import Settings
-from plantune.models import PID, PolyModel, ProcessModel, TermModel
+from plantune.models import PID, MatrixPolyModel, PolyModel, ProcessModel, TermModel
 from plantune.models.base import LinearModel
 from plantune.models.hysteresis import ChargeLeak, PlayStack, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel
@@ -212,6 +212,35 @@ def transfer(model: Model) -> Fields:
 def d2c(model: PolyModel) -> Fields:
     """Fields of `ProcessModel`."""
 
+# --- models of several outputs -----------------------------------------------------------------
+
+def matrix_simulate(model: MatrixPolyModel, u: Floats) -> Floats:
+    """Outputs (N, ny) from rest."""
+
+def matrix_over_record(
+    rec: Record, model: MatrixPolyModel, horizon: int | None, offset: list[float], limits: Limits
+) -> tuple[list[int], list[Floats]]:
+    """Rows, and each output there; `horizon` counts steps ahead, None simulates."""
+
+def matrix_check(
+    rec: Record,
+    model: MatrixPolyModel,
+    output: int,
+    x0: str,
+    offset: list[float] | None,
+    lags: int,
+    limits: Limits,
+) -> Fields:
+    """As `check`, of one output."""
+
+def matrix_freqresp(model: MatrixPolyModel, w: list[float]) -> Complexes:
+    """Entries of `(w, ny, nu)`, flat."""
+
+def matrix_poles(model: MatrixPolyModel) -> Complexes: ...
+def matrix_dc_gain(model: MatrixPolyModel) -> Floats: ...
+def matrix_state_space(model: MatrixPolyModel) -> tuple[Floats, Floats, Floats, Floats]:
+    """`F G H D` of `x(t+1) = F x + G u`, `y = H x + D u`."""
+
 # --- models over records and in loops ----------------------------------------------------------
 
 def over_record(
@@ -379,12 +408,21 @@ def forecast(
     limits: Limits,
 ) -> tuple[Floats, Floats]:
     """Output to come and its standard deviation."""
+def matrix_arx(
+    rec: Record, na: int, nb: int, nk: list[int], offset: bool, limits: Limits
+) -> Fields:
+    """Fields of `Fit` but `method source Ts`, of several outputs."""
 
 def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
+
+def srivc(
+    rec: Record, orders: tuple[int, int], offset: bool, L: Interval | None, limits: Limits
+) -> Fields:
+    """Fields of `Fit` but `method source Ts`; `orders` are `n, nb`, `L` bounds the delay."""
 
 def areas(rec: Record, step_at: float | None, limits: Limits) -> tuple[float, float, float]:
     """`K, T, L` from the areas under a step response."""

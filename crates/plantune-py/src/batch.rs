@@ -1,7 +1,9 @@
 //! Batch estimators.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::batch::{self, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
+use plantune_core::batch::{
+    self, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations,
+};
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
@@ -16,6 +18,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
+    m.add_function(wrap_pyfunction!(srivc, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -60,6 +63,30 @@ pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<
         expected_digits: array(py, fit.expected_digits),
         notes: notes(&fit.notes),
         model: Some(fit.model.into()),
+        rows: matrix(py, rows.concat(), 2)?,
+    })
+}
+
+/// The same of several outputs.
+pub fn matrix_fit_out<'py>(py: Python<'py>, fit: MatrixFit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
+    let n = fit.theta.len();
+    let (fpe, aic, bic) = criteria(fit.V, fit.N, n);
+    Ok(FitOut {
+        sd: array(py, standard_deviations(&fit.P, n)),
+        theta: array(py, fit.theta),
+        P: square(py, fit.P)?,
+        names: fit.names,
+        offset: array(py, fit.offset),
+        x0: PyArray1::from_vec(py, Vec::new()).reshape([fit.segments, 0])?,
+        N: fit.N,
+        loss: fit.loss,
+        fpe,
+        aic,
+        bic,
+        status: "exact",
+        expected_digits: array(py, fit.expected_digits),
+        notes: notes(&fit.notes),
+        model: Some(ModelOut::Matrix(fit.model.into())),
         rows: matrix(py, rows.concat(), 2)?,
     })
 }
@@ -135,6 +162,19 @@ fn p1d<'py>(
 ) -> Outcome<FitOut<'py>> {
     let options = ProcessOptions { offset, L };
     run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
+}
+
+#[pyfunction]
+fn srivc<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    orders: (usize, usize),
+    offset: bool,
+    L: Option<(f64, f64)>,
+    limits: LimitsIn,
+) -> Outcome<FitOut<'py>> {
+    let options = SrivcOptions { n: orders.0, nb: orders.1, offset, L };
+    run(py, &rec, limits, |record, limits| batch::srivc(record, &options, limits))
 }
 
 #[pyfunction]

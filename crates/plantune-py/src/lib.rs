@@ -14,6 +14,7 @@ mod error;
 mod forecast;
 mod forms;
 mod hysteresis;
+mod matrix;
 mod model;
 mod note;
 mod recursive;
@@ -34,6 +35,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         values::register,
         signal::register,
         model::register,
+        matrix::register,
         sim::register,
         forecast::register,
         batch::register,

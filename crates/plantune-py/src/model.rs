@@ -6,6 +6,7 @@ use plantune_core::model::{self, Filter, Fopdt, Model, Pid, PolyModel, ProcessMo
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
+use crate::matrix::MatrixPolyOut;
 use crate::values::{Array, Frozen, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -198,6 +199,7 @@ pub enum ModelOut {
     Poly(PolyOut),
     Process(ProcessOut),
     Transfer(TransferOut),
+    Matrix(MatrixPolyOut),
 }
 
 #[derive(IntoPyObject)]

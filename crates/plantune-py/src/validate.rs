@@ -40,7 +40,7 @@ pub struct VerdictOut<'py> {
 
 /// The dict behind `plantune.validate.Residuals(**d)`.
 #[derive(IntoPyObject)]
-struct ResidualsOut<'py> {
+pub struct ResidualsOut<'py> {
     lags: Vec<i64>,
     autocorr: Array<'py>,
     band: f64,

@@ -14,6 +14,7 @@ from plantune.estimate.oe import oe
 from plantune.estimate.poly import poly
 from plantune.estimate.process import process
 from plantune.estimate.saved import load_fit, save_fit
+from plantune.estimate.srivc import srivc
 from plantune.estimate.step_modes import StepModes, idt
 
 __all__ = [
@@ -36,4 +37,5 @@ __all__ = [
     "poly",
     "process",
     "save_fit",
+    "srivc",
 ]

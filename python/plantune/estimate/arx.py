@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from plantune import _core
+from plantune.errors import refusal
 from plantune.estimate.fit import Fit, fit_from_core
-from plantune.estimate.orders import PerInput, orders
+from plantune.estimate.orders import PerInput, orders, whole
 from plantune.estimate.term_arx import term_arx
 from plantune.models.terms import Regressor
 from plantune.notes import DEFAULT_LIMITS, Limits
@@ -28,11 +29,12 @@ def arx(
     Parameters
     ----------
     rec : Record
-        One output, nu inputs; segments and `valid` are honoured.
+        Of one output or several, nu inputs; segments and `valid` are honoured.
     na : int
         Number of a coefficients, >= 0.
     nb, nk : int, or one per input
-        Number of b coefficients, >= 1; delay in samples (0 = direct term).
+        Number of b coefficients, >= 1; delay in samples (0 = direct term).  With several outputs
+        one `nb` for all inputs.
     offset : bool
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
     regressors : sequence of str, or of (str, function)
@@ -48,7 +50,9 @@ def arx(
     -------
     Fit
         `theta` (n,) ordered a then b; `P` covariance of theta and the offset; `loss` in units
-        of y squared.
+        of y squared.  With several outputs the model is a `MatrixPolyModel`, `A (na+1, ny, ny)`
+        and `B (nb, ny, nu)`; `theta` is ordered by output, its names are `a1[y1,y2]`; `loss` is
+        the mean over all outputs, and the criteria use the determinant of the residual covariance.
 
     Raises
     ------
@@ -62,7 +66,7 @@ def arx(
     Notes
     -----
     QR of the regressor, which is streamed and never held; not the normal equations.
-    Source 000, (2.2-3) to (2.2-5).  For output noise prefer `process`, which is not biased.
+    Source 000, (2.2-3) to (2.2-5), and (2.1-7) to (2.1-9) for several outputs.  For output noise prefer `process`, which is not biased.
 
     Examples
     --------
@@ -82,6 +86,22 @@ def arx(
     limits = limits or rec.limits or DEFAULT_LIMITS
     if regressors:
         return term_arx(rec, na, nb, nk, regressors, offset, limits)
+    if rec.ny > 1:
+        return _of_several(rec, whole("na", na), nb, nk, offset, limits)
     wanted = orders(rec.nu, na=na, nb=nb, nk=nk)
     fit = _core.arx(rec, wanted, offset, limits)
+    return fit_from_core(fit, "ARX", rec, limits)
+
+
+def _of_several(
+    rec: Record, na: int, nb: PerInput, nk: PerInput, offset: bool, limits: Limits
+) -> Fit:
+    wanted = orders(rec.nu, na=na, nb=nb, nk=nk)
+    if len(set(wanted.nb)) > 1:
+        raise refusal(
+            "U01",
+            f"`nb` is {nb}: with several outputs B is one matrix a lag, all of its columns free",
+            remedy=f"nb={max(wanted.nb)}",
+        )
+    fit = _core.matrix_arx(rec, na, wanted.nb[0], wanted.nk, offset, limits)
     return fit_from_core(fit, "ARX", rec, limits)

@@ -13,10 +13,20 @@ from plantune import _core
 from plantune.errors import refusal
 from plantune.estimate.equation import equation
 from plantune.estimate.forecast import Forecast
-from plantune.models import PolyModel, ProcessModel, TermModel
+from plantune.models import (
+    MatrixPolyModel,
+    PolyModel,
+    ProcessModel,
+    TermModel,
+    TransferFunction,
+)
 from plantune.models.convert import from_core
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record, columns
+
+
+Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermModel
+"""What an estimator may find."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,7 +35,7 @@ class Fit:
 
     Attributes
     ----------
-    model : PolyModel, ProcessModel, TermModel or None
+    model : PolyModel, ProcessModel, TransferFunction, MatrixPolyModel, TermModel or None
         None for a plain least-squares problem.
     theta, sd : array (n,)
         Parameters and their standard deviations.
@@ -69,7 +79,7 @@ class Fit:
     """
 
     method: str
-    model: PolyModel | ProcessModel | TermModel | None
+    model: Any  # `Fitted`; which one the method says
     theta: Floats
     P: Floats
     sd: Floats
@@ -195,11 +205,13 @@ class Fit:
         return self.model, flat(self), self.N, self.loss, self.Ts
 
     @property
-    def _level(self) -> float:
+    def _level(self) -> float | Floats:
         """What the output is more than the model's; a `TermModel` has its constant inside."""
-        return 0.0 if isinstance(self.model, TermModel) else float(self.offset[0])
+        if isinstance(self.model, TermModel):
+            return 0.0
+        return float(self.offset[0]) if len(self.offset) == 1 else self.offset
 
-    def _need_model(self) -> PolyModel | ProcessModel | TermModel:
+    def _need_model(self) -> Any:
         if self.model is None:
             raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")
         return self.model
@@ -211,15 +223,15 @@ class Fit:
             f"  {name:<{width}} {value:12.6g} ± {sd:.3g}"
             for name, value, sd in zip(self.names, self.theta, self.sd, strict=True)
         ]
-        if len(self.P) > len(self.theta):
-            sd = self.offset_sd
-            lines.append(f"  {'offset':<{width}} {self.offset[0]:12.6g} ± {sd:.3g}")
+        for i, variance in enumerate(np.diag(self.P)[len(self.theta) :]):
+            name = f"offset{i + 1}" if len(self.offset) > 1 else "offset"
+            lines.append(f"  {name:<{width}} {self.offset[i]:12.6g} ± {np.sqrt(variance):.3g}")
         tail = f"  {self.N} rows, loss {self.loss:.4g}, {self.status}"
         return "\n".join([self.method + head, *lines, tail, *(f"  {n}" for n in self.notes)])
 
     @property
     def offset_sd(self) -> float:
-        """Standard deviation of the offset; NaN where it was not estimated."""
+        """Standard deviation of the (first) offset; NaN where it was not estimated."""
         n = len(self.theta)
         return float(np.sqrt(self.P[n, n])) if len(self.P) > n else float("nan")
 
@@ -229,15 +241,21 @@ def flat(fit: Fit) -> Floats:
     return np.ascontiguousarray(fit.P).reshape(-1)
 
 
-def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits: Limits) -> Fit:
-    """Return the fit that the core sends as a dict."""
+def fit_from_core(
+    d: Mapping[str, Any],
+    method: str,
+    rec: Record | None,
+    limits: Limits,
+    further: tuple[Note, ...] = (),
+) -> Fit:
+    """Return the fit that the core sends as a dict, with further notes."""
     return Fit(
         method=method,
         **{
             **d,
             "model": None if d["model"] is None else from_core(d["model"]),
             "names": tuple(d["names"]),
-            "notes": (*notes_from_core(d["notes"]), *limits.changes()),
+            "notes": (*notes_from_core(d["notes"]), *further, *limits.changes()),
         },
         source="" if rec is None else rec.source,
         Ts=None if rec is None else rec.Ts,

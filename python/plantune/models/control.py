@@ -40,7 +40,7 @@ def to_control(
     >>> bool(abs(error).max() < 1e-5)
     True
     """
-    control = _library()
+    control = library()
     if getattr(model, "kind", None) not in ("process", "transfer", "poly", "pid"):
         raise refusal(
             "U01",
@@ -64,7 +64,8 @@ def to_control(
     return control.frd(response, w, **sampled)
 
 
-def _library() -> Any:
+def library() -> Any:
+    """Return python-control, or refuse (U01)."""
     try:
         import control
     except ImportError:

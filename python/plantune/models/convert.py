@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from plantune import _core
+from plantune.models.matrix_poly import MatrixPolyModel
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
 from plantune.models.transfer import TransferFunction
@@ -74,8 +75,12 @@ def d2c(model: PolyModel) -> ProcessModel:
     return ProcessModel(**_core.d2c(model))
 
 
-def from_core(d: Mapping[str, Any]) -> PolyModel | ProcessModel | TransferFunction:
+def from_core(
+    d: Mapping[str, Any],
+) -> PolyModel | MatrixPolyModel | ProcessModel | TransferFunction:
     """Return the model that the core sends as a dict."""
+    if "ny" in d:
+        return MatrixPolyModel.of_core(d)
     if "num" in d:
         return TransferFunction(**d)
     return ProcessModel(**d) if "K" in d else PolyModel.of_core(d)

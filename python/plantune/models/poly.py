@@ -11,6 +11,7 @@ import numpy as np
 
 from plantune.errors import refusal
 from plantune.models.base import LinearModel, coefficients
+from plantune.models.matrix_poly import MatrixPolyModel
 from plantune.record import Floats
 
 _ONE = (1.0,)
@@ -31,6 +32,11 @@ class PolyModel(LinearModel):
     Ts : float
         Sample time, seconds.
 
+    Notes
+    -----
+    An `A` or a `B` of three dimensions is a model of several outputs: `MatrixPolyModel`, which is
+    returned and has no C D F.
+
     Examples
     --------
     >>> print(PolyModel(A=[1, -0.8], B=[0.5], nk=3, Ts=0.1))
@@ -49,6 +55,12 @@ class PolyModel(LinearModel):
     F: Any = None
     nk: Any = 1
     Ts: float = 1.0
+
+    def __new__(cls, *args: Any, **fields: Any) -> Any:
+        given = dict(zip(cls.__slots__, args, strict=False)) | fields
+        if np.ndim(given.get("A", _ONE)) == 3:
+            return MatrixPolyModel(**given)
+        return object.__new__(cls)
 
     def __post_init__(self) -> None:
         several = len(self.B) > 0 and np.ndim(self.B[0]) > 0

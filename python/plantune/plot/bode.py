@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from plantune import _core
 from plantune.estimate import Fit
-from plantune.models import ProcessModel
+from plantune.models import PolyModel, ProcessModel
 from plantune.plot.style import (
     BAND,
     SECOND_BAND,
@@ -68,12 +68,12 @@ def bode(
     )
     for k, fit in enumerate(fits):
         color, shade = SEQUENCE[k % len(SEQUENCE)], (BAND, SECOND_BAND)[k % 2]
-        ws = grid if isinstance(fit.model, ProcessModel) else grid[grid <= np.pi / fit.model.Ts]  # type: ignore[union-attr]
+        ws = grid[grid <= np.pi / fit.model.Ts] if isinstance(fit.model, PolyModel) else grid
         magnitude, phase = bode_band(fit, ws, input)
         label, of_fit = inert(fit.method), f"95 % of {inert(fit.method)}"
         band(fig, ws, *magnitude, of_fit, shade)
         band(fig, ws, *phase, of_fit, shade, row=2, showlegend=False)
-        gain = np.abs(fit.model.freqresp(ws, input))  # type: ignore[union-attr]
+        gain = np.abs(fit.model.freqresp(ws, input))
         line(fig, ws, gain, label, color, legendgroup=label)
         degrees = _core.phase_deg(fit.model, input, ws)
         line(fig, ws, degrees, label, color, row=2, legendgroup=label, showlegend=False)
@@ -91,5 +91,5 @@ def _grid(fits: tuple[Fit, ...]) -> Floats:
             T, L = sum(fit.model.times), fit.model.L
             top = max(10 / (T + L), min(4 / L, 1000 / (T + L)) if L > 0 else 0.0)
             return np.geomspace(0.05 / (T + L), top, POINTS)
-    Ts = fits[0].model.Ts  # type: ignore[union-attr]
+    Ts = fits[0].Ts or 1.0
     return np.geomspace(1e-3 * np.pi / Ts, np.pi / Ts, POINTS)

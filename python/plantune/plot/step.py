@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from plantune.estimate import Fit
-from plantune.models import ProcessModel
+from plantune.models import PolyModel, ProcessModel, TransferFunction
 from plantune.plot.style import (
     BAND,
     SECOND_BAND,
@@ -68,8 +68,8 @@ def step(
         label = f"95 % of {inert(fit.method)}"
         band(fig, grid, low, high, label, (BAND, SECOND_BAND)[k % 2])
     for k, fit in enumerate(fits):
-        held = not isinstance(fit.model, ProcessModel)
-        curve = fit.model.step(grid, input)  # type: ignore[union-attr]
+        held = isinstance(fit.model, PolyModel)
+        curve = fit.model.step(grid, input)
         line(fig, grid, curve, inert(fit.method), SEQUENCE[k % len(SEQUENCE)], held=held)
     fig.update_xaxes(title_text=axis("time", names.time_unit))
     fig.update_yaxes(title_text=axis(f"{names.y} per {names.u}", names.gain_unit, 36))
@@ -82,5 +82,7 @@ def _grid(fits: tuple[Fit, ...]) -> Floats:
         if isinstance(fit.model, ProcessModel):
             T, L = sum(fit.model.times), fit.model.L
             return np.union1d(np.linspace(0.0, L + 6 * T, POINTS), [L])
-    Ts = fits[0].model.Ts  # type: ignore[union-attr]
+        if isinstance(fit.model, TransferFunction):
+            return np.linspace(0.0, fit.model.horizon(), POINTS)
+    Ts = fits[0].Ts or 1.0
     return np.arange(101) * Ts

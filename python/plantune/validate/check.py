@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from plantune import _core
 from plantune.errors import NotIdentifiable, refusal
 from plantune.estimate.fit import Fit
-from plantune.models import PolyModel, ProcessModel, TermModel
+from plantune.models import (
+    MatrixPolyModel,
+    PolyModel,
+    ProcessModel,
+    TermModel,
+    TransferFunction,
+)
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record
 from plantune.validate.plausible import plausible
@@ -130,8 +136,9 @@ class Verdict:
 
 def check(
     rec: Record,
-    fit: Fit | PolyModel | ProcessModel | TermModel,
+    fit: Fit | PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermModel,
     *,
+    output: str | None = None,
     x0: str = "estimate",
     offset: str | None = None,
     lags: int = 25,
@@ -143,8 +150,11 @@ def check(
     ----------
     rec : Record
         With the columns of the model.
-    fit : Fit, PolyModel or ProcessModel
+    fit : Fit, or a linear model of `plantune.models`
         A bare model has offset 0.
+    output : str, optional
+        With several outputs the name of the one that is judged: each has a verdict of its own, in
+        its own unit.
     x0 : "estimate" or "zero"
         Initial state of each segment.
     offset : "fit" or "estimate", optional
@@ -186,31 +196,51 @@ def check(
         offset = "estimate" if _core.has_no_level(rec, limits) else "fit"
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
-    model, own = (fit.model, float(fit.offset[0])) if isinstance(fit, Fit) else (fit, 0.0)
+    model = fit.model if isinstance(fit, Fit) else fit
+    i = _which(rec, model, output)
     extra = {
         "name": fit.method if isinstance(fit, Fit) else type(model).__name__,
         "x0": x0,
         "offset_from": offset,
     }
-    used = own if offset == "fit" else None
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
-    doubts = () if isinstance(model, TermModel) else plausible(fit, limits=limits)
+    several, own_terms = isinstance(model, MatrixPolyModel), isinstance(model, TermModel)
+    doubts = () if several or own_terms else plausible(fit, limits=limits)
     further = (*doubts, *seen, *limits.changes())
+    own = fit.offset.tolist() if isinstance(fit, Fit) else [0.0] * rec.ny
+    used = own if offset == "fit" else None
     try:
-        if isinstance(model, TermModel):
+        if own_terms:
             d = _core.term_check(rec, model, model.given(rec, ahead=True), lags, limits)
             extra.update(x0="measured", offset_from="fit")
+        elif several:
+            d = _core.matrix_check(rec, model, i, x0, used, lags, limits)
         else:
-            d = _core.check(rec, model, x0, used, lags, limits)
+            d = _core.check(rec, model, x0, used and used[0], lags, limits)
     except NotIdentifiable as error:
         if error.result is not None:
-            error.result = _verdict(error.result, rec, extra, further)
+            error.result = _verdict(error.result, rec, i, extra, further)
         raise
-    return _verdict(d, rec, extra, further)
+    return _verdict(d, rec, i, extra, further)
+
+
+def _which(rec: Record, model: Any, output: str | None) -> int:
+    """Return the number of the output that is judged; one has to be named where there are several."""
+    if output is None and (rec.ny == 1 or not isinstance(model, MatrixPolyModel)):
+        return 0
+    if output not in rec.y_names:
+        names = ", ".join(map(repr, rec.y_names))
+        came = "missing" if output is None else repr(output)
+        raise refusal(
+            "U01",
+            f"`output` is {came}, must be one of {names}: each output has a verdict of its own",
+            remedy=f"check(rec, fit, output={rec.y_names[0]!r})",
+        )
+    return rec.y_names.index(output)
 
 
 def _verdict(
-    d: Mapping[str, Any], rec: Record, extra: Mapping[str, Any], notes: tuple[Note, ...]
+    d: Mapping[str, Any], rec: Record, i: int, extra: Mapping[str, Any], notes: tuple[Note, ...]
 ) -> Verdict:
     r = d["residuals"]
     rows = np.array(d["rows"], np.int64)
@@ -230,7 +260,7 @@ def _verdict(
             "notes": (*notes_from_core(d["notes"]), *notes),
         },
         t=rec.time[rows],
-        y=rec.y[rows, 0],
+        y=rec.y[rows, i],
         source=rec.source,
     )
 

@@ -57,7 +57,7 @@ pub(super) fn columns(orders: &Orders, offset: bool) -> Vec<Column> {
 
 /// Why the regressor has not full rank: inputs that copy each other (X11), or an input that feeds back the
 /// output, or an exact model of lower order (X08).
-fn not_exciting(rec: &Record, refusal: &RankDeficient, limits: &Limits) -> Error {
+pub(super) fn not_exciting(rec: &Record, refusal: &RankDeficient, limits: &Limits) -> Error {
     copied_input(rec).unwrap_or_else(|| {
         let text = "the regressor has not full rank: an exact model of lower order, or plain feedback";
         Error::new("X08", text)

@@ -4,12 +4,14 @@ mod arx;
 mod fit;
 mod huber;
 mod least_squares;
+mod matrix_arx;
 mod orders;
 mod pem;
 mod poly_fit;
 mod process;
 mod sampling;
 mod scores;
+mod srivc;
 mod step_modes;
 mod term_arx;
 
@@ -17,11 +19,13 @@ pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use huber::robust;
 pub use least_squares::{LinearFit, least_squares};
+pub use matrix_arx::{MatrixFit, matrix_arx};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
 pub use sampling::sampling;
 pub use scores::{Scores, scores};
+pub use srivc::{SrivcOptions, srivc};
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,

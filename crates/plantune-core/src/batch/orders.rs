@@ -139,8 +139,16 @@ impl Orders {
     /// Refuses orders that do not fit the record (U01), rows fewer than parameters (X03), inputs that stand
     /// still (X01), delays beyond the allowed share (X05) and inputs too poor for the orders (X02).
     pub(super) fn check(&self, rec: &Record, constant: bool, limits: &Limits) -> Result<()> {
+        if rec.ny != 1 {
+            let came = format!("a record with {} outputs", rec.ny);
+            return Err(Error::argument("rec", came, "one with a single output"));
+        }
+        self.check_inputs(rec, self.n() + usize::from(constant), limits)
+    }
+
+    /// The same for one of several outputs, of so many parameters.
+    pub(super) fn check_inputs(&self, rec: &Record, parameters: usize, limits: &Limits) -> Result<()> {
         self.check_shape(rec)?;
-        let parameters = self.n() + usize::from(constant);
         if rec.N() <= parameters {
             return Err(too_short(rec.N().saturating_sub(self.history()), parameters));
         }
@@ -154,10 +162,6 @@ impl Orders {
     }
 
     fn check_shape(&self, rec: &Record) -> Result<()> {
-        if rec.ny != 1 {
-            let came = format!("a record with {} outputs", rec.ny);
-            return Err(Error::argument("rec", came, "one with a single output"));
-        }
         for (name, given) in [("nb", &self.nb), ("nf", &self.nf), ("nk", &self.nk)] {
             if given.len() != rec.nu {
                 let needed = format!("a number or a list of {}, one per input", rec.nu);

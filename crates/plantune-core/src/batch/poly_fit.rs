@@ -56,7 +56,9 @@ impl Scaled<'_> {
             expected_digits: Vec::new(),
             notes: Vec::new(),
         };
-        fit.notes = notes(&fit, self.rss <= EXACT * self.N as f64, limits);
+        let sd = standard_deviations(&fit.P, n);
+        let exact = self.rss <= EXACT * self.N as f64;
+        fit.notes = doubts(&fit.theta, &sd, n, fit.N, exact, limits);
         fit
     }
 }
@@ -89,32 +91,38 @@ pub(super) fn with_offset(covariance: &[f64], gradient: &[f64], all: usize) -> V
     P
 }
 
-pub(super) fn notes(fit: &Fit, exact: bool, limits: &Limits) -> Vec<Note> {
+/// What rows, uncertainties and residuals leave in doubt; `n` parameters share `N` rows.
+pub(super) fn doubts(
+    theta: &[f64],
+    sd: &[f64],
+    n: usize,
+    N: usize,
+    exact: bool,
+    limits: &Limits,
+) -> Vec<Note> {
     let mut notes = Vec::new();
-    let n = fit.theta.len();
-    let per_parameter = fit.N as f64 / n as f64;
+    let per_parameter = N as f64 / n as f64;
     if per_parameter < limits.X03 {
         notes.push(
-            Note::warning("X03", format!("{} rows for {n} parameters: intervals are rough", fit.N))
-                .count(fit.N)
+            Note::warning("X03", format!("{N} rows for {n} parameters: intervals are rough"))
+                .count(N)
                 .measured(per_parameter, limits.X03)
                 .remedy("record longer or ask for lower orders"),
         );
     }
-    let sds = standard_deviations(&fit.P, n);
-    let uncertain = sds.iter().zip(&fit.theta).filter(|(sd, t)| 2.0 * **sd > t.abs()).count();
-    if 4 * uncertain >= n {
+    let uncertain = sd.iter().zip(theta).filter(|(sd, t)| 2.0 * **sd > t.abs()).count();
+    if 4 * uncertain >= theta.len() {
         notes.push(
             Note::warning(
                 "X02",
-                format!("{uncertain} of {n} parameters are uncertain by more than their size"),
+                format!("{uncertain} of {} parameters are uncertain by more than their size", theta.len()),
             )
             .count(uncertain)
-            .measured(uncertain as f64 / n as f64, 0.25)
+            .measured(uncertain as f64 / theta.len() as f64, 0.25)
             .remedy("ask for lower orders, or record with more changes of the input"),
         );
     }
-    if exact || fit.theta.iter().all(|t| *t == 0.0) {
+    if exact || theta.iter().all(|t| *t == 0.0) {
         let text = "the residual is zero but for rounding: variances, criteria and a noise model say nothing";
         notes.push(Note::warning("N08", text));
     }

@@ -11,10 +11,10 @@
 use std::ops::Range;
 
 use super::arx::columns;
-use super::fit::{Fit, Status};
+use super::fit::{Fit, Status, standard_deviations};
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, too_short};
-use super::poly_fit::{EXACT, notes, with_offset};
+use super::poly_fit::{EXACT, doubts, with_offset};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{RankDeficient, solve};
@@ -74,7 +74,9 @@ pub fn term_arx(
         status: Status::Exact,
         notes: Vec::new(),
     };
-    fit.notes = notes(&fit, solution.rss <= EXACT * N as f64, limits);
+    let sd = standard_deviations(&fit.P, fit.theta.len());
+    let exact = solution.rss <= EXACT * N as f64;
+    fit.notes = doubts(&fit.theta, &sd, sd.len(), N, exact, limits);
     fit.finite()
 }
 

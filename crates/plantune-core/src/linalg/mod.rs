@@ -15,6 +15,7 @@ mod reflect;
 mod segmented;
 mod simplex;
 mod solve;
+mod square;
 
 pub use congruence::congruence;
 #[cfg(test)]
@@ -32,5 +33,6 @@ pub use recursion::Recursion;
 pub use segmented::Segmented;
 pub use simplex::simplex;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve, solve_damped};
+pub use square::left_divide;
 
 pub use nalgebra::Complex;

@@ -5,6 +5,7 @@ mod convert;
 pub mod derived;
 mod fopdt;
 mod horizon;
+mod matrix_poly;
 mod pid;
 mod poly;
 mod process;
@@ -18,6 +19,7 @@ pub use approximate::{Delay, approximated};
 pub use convert::{c2d, check_fopdt, d2c};
 pub use fopdt::{Fopdt, Fraction};
 pub use horizon::horizon;
+pub use matrix_poly::MatrixPoly;
 pub use pid::{Filter, Pid, Terms, backward_euler, weighted};
 pub use poly::PolyModel;
 pub use process::ProcessModel;
@@ -139,12 +141,12 @@ impl Model {
         }
     }
 
-    /// Parameters in the order of their names; a transfer function has none with names.
+    /// Parameters in the order of their names.
     pub fn theta(&self) -> Vec<f64> {
         match self {
             Model::Poly(m) => m.theta(),
             Model::Process(m) => m.theta(),
-            Model::Transfer(_) => Vec::new(),
+            Model::Transfer(m) => m.theta(),
         }
     }
 
@@ -153,7 +155,7 @@ impl Model {
         match self {
             Model::Poly(m) => Model::Poly(m.with_theta(theta)),
             Model::Process(m) => Model::Process(m.with_theta(theta)),
-            Model::Transfer(m) => Model::Transfer(m.clone()),
+            Model::Transfer(m) => Model::Transfer(m.with_theta(theta)),
         }
     }
 

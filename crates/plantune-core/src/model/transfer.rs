@@ -33,6 +33,19 @@ impl TransferFunction {
         Complex::from_polar(1.0, -w * self.L) * horner(&self.num, s) / horner(&self.den, s)
     }
 
+    /// `a_1 … a_n, b_0 …, L` in ascending powers; the constant of `den` stays.
+    pub fn theta(&self) -> Vec<f64> {
+        let den = self.den[..self.den.len() - 1].iter().rev();
+        den.chain(self.num.iter().rev()).chain([&self.L]).copied().collect()
+    }
+
+    /// The same degrees with other coefficients.
+    pub fn with_theta(&self, theta: &[f64]) -> Self {
+        let (n, nb) = (self.den.len() - 1, self.num.len());
+        let den = theta[..n].iter().rev().chain(&self.den[n..]).copied().collect();
+        TransferFunction { num: theta[n..n + nb].iter().rev().copied().collect(), den, L: theta[n + nb] }
+    }
+
     /// Poles, 1/s.
     pub fn poles(&self) -> Vec<(f64, f64)> {
         all_roots(&self.den)

@@ -9,7 +9,7 @@
 
 use crate::error::{Error, Result};
 use crate::linalg::normal_draws;
-use crate::model::{Model, ProcessModel};
+use crate::model::{Model, ProcessModel, TransferFunction};
 
 /// Seed of the draws, so that the same fits give the same models.
 const SEED: u64 = 0x001;
@@ -86,6 +86,7 @@ pub fn draws(model: &Model, P: &[f64], count: usize) -> Result<Vec<Model>> {
     let own: Vec<f64> = (0..n * n).map(|ij| P[ij / n * size + ij % n]).collect();
     let drawn = |theta: &Vec<f64>| match model.with_theta(theta) {
         Model::Process(m) => Model::Process(ProcessModel { L: m.L.max(0.0), ..m }),
+        Model::Transfer(m) => Model::Transfer(TransferFunction { L: m.L.max(0.0), ..m }),
         other => other,
     };
     let models: Vec<Model> =

@@ -80,11 +80,11 @@ pub fn check_terms(
         let (rows, yhat) = model.over_record(rec, given, horizon).map_err(|e| (e, None))?;
         Ok(OverRecord { rows, yhat, offset: model.d, x0: Vec::new() })
     };
-    related(rec, judged(rec, run(None)?, run(Some(1))?, lags, limits), limits)
+    related(rec, judged(rec, run(None)?, &run(Some(1))?, lags, limits), limits)
 }
 
 /// The verdict, unless u explains nothing of y (X04).
-fn related(
+pub(super) fn related(
     rec: &Record,
     verdict: Verdict,
     limits: &Limits,
@@ -110,7 +110,7 @@ fn related(
 fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -> Result<Verdict> {
     let simulated = over_record(model, rec, None, options.x0, options.offset)?;
     let predicted = over_record(model, rec, Some(1), options.x0, options.offset)?;
-    let mut verdict = judged(rec, simulated, predicted, options.lags, limits);
+    let mut verdict = judged(rec, simulated, &predicted, options.lags, limits);
     if !verdict.notes.is_empty() {
         verdict.notes.extend(memory(model, rec, limits));
         let moved = level(model, rec, options, &verdict, limits)?;
@@ -119,11 +119,11 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
     Ok(verdict)
 }
 
-/// What a simulation and a one-step prediction say.
-fn judged(
+/// What a simulation and a one-step prediction of one output say.
+pub(super) fn judged(
     rec: &Record,
     simulated: OverRecord,
-    predicted: OverRecord,
+    predicted: &OverRecord,
     lags: usize,
     limits: &Limits,
 ) -> Verdict {
@@ -132,7 +132,7 @@ fn judged(
     let errors = |run: &OverRecord| -> Vec<f64> {
         counts(&run.rows).iter().map(|&k| rec.y_at(run.rows[k], 0) - run.yhat[k]).collect()
     };
-    let (simulation_errors, errors) = (errors(&simulated), errors(&predicted));
+    let (simulation_errors, errors) = (errors(&simulated), errors(predicted));
     let rows: Vec<usize> = counts(&predicted.rows).iter().map(|&k| predicted.rows[k]).collect();
     let y: Vec<f64> = rows.iter().map(|&k| rec.y_at(k, 0)).collect();
     let residuals = residuals(rec, &rows, &errors, lags);
