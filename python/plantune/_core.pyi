@@ -367,7 +367,7 @@ def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Field
 def least_squares(phi: Floats, y: Floats) -> Fields:
     """Fields of `Fit` but `method source Ts`; no model."""
 
-def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
+def arx(rec: Record, orders: object, offset: bool, robust: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `orders` has `na nb nc nd nf nk`."""
 
 def term_arx(
@@ -391,9 +391,7 @@ def term_over_record(
 ) -> tuple[list[int], Floats]:
     """Rows with history, and the output predicted there."""
 
-def term_check(
-    rec: Record, model: TermModel, given: Floats, lags: int, limits: Limits
-) -> Fields:
+def term_check(rec: Record, model: TermModel, given: Floats, lags: int, limits: Limits) -> Fields:
     """Fields of `Verdict`, as `check`."""
 
 def forecast(
@@ -408,12 +406,13 @@ def forecast(
     limits: Limits,
 ) -> tuple[Floats, Floats]:
     """Output to come and its standard deviation."""
+
 def matrix_arx(
     rec: Record, na: int, nb: int, nk: list[int], offset: bool, limits: Limits
 ) -> Fields:
     """Fields of `Fit` but `method source Ts`, of several outputs."""
 
-def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> Fields:
+def pem(rec: Record, orders: object, offset: bool, x0: str, robust: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:

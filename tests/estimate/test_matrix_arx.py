@@ -206,4 +206,6 @@ def test_measured_records(data, name):
                 pt.validate.check(val, fit, output=output, offset="estimate")
             verdict = refused.value.result
         assert (verdict.fit_1step, verdict.fit) == approx(fits, abs=0.1)
-        assert verdict.passed == (verdict.fit > 50 and not any(n.code == "V02" for n in verdict.notes))
+        assert verdict.passed == (
+            verdict.fit > 50 and not any(n.code == "V02" for n in verdict.notes)
+        )

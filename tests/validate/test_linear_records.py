@@ -30,7 +30,9 @@ def test_the_wall_is_linear(data):
     assert verdict and verdict.fit > 84.9 and not verdict.notes
 
 
-@pytest.mark.parametrize(("column", "nb", "least", "free"), [(5, 2, 75.5, True), (6, 3, 50.0, False)])
+@pytest.mark.parametrize(
+    ("column", "nb", "least", "free"), [(5, 2, 75.5, True), (6, 3, 50.0, False)]
+)
 def test_the_winding_tensions_hold_more_than_the_inputs(data, column, nb, least, free):
     """T1 75.8 %, T3 50.3 % by the oracle; T3 needs more than a linear model of these inputs (V02)."""
     winding = np.loadtxt(data("winding") / "winding.dat")

@@ -4,6 +4,7 @@ use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUnty
 use plantune_core::batch::{
     self, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations,
 };
+use plantune_core::sim::Start;
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
@@ -132,10 +133,14 @@ fn arx<'py>(
     rec: RecordIn<'py>,
     orders: OrdersIn,
     offset: bool,
+    robust: bool,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
     let orders = Orders::from(orders);
-    run(py, &rec, limits, |record, limits| batch::arx(record, &orders, offset, limits))
+    run(py, &rec, limits, |record, limits| {
+        let estimate = |record: &Record| batch::arx(record, &orders, offset, limits);
+        if robust { batch::robust(record, offset, Start::Estimate, estimate) } else { estimate(record) }
+    })
 }
 
 #[pyfunction]
@@ -145,11 +150,15 @@ fn pem<'py>(
     orders: OrdersIn,
     offset: bool,
     x0: &str,
+    robust: bool,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
     let orders = Orders::from(orders);
     let options = PemOptions { offset, start: start(x0)? };
-    run(py, &rec, limits, |record, limits| batch::pem(record, &orders, options, limits))
+    run(py, &rec, limits, |record, limits| {
+        let estimate = |record: &Record| batch::pem(record, &orders, options, limits);
+        if robust { batch::robust(record, offset, options.start, estimate) } else { estimate(record) }
+    })
 }
 
 #[pyfunction]

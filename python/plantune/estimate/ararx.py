@@ -18,6 +18,7 @@ def ararx(
     *,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q) u(t - nk) + e(t)/D(q), a disturbance that is autoregressive.
@@ -34,6 +35,8 @@ def ararx(
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, or all signals are zero there.
+    robust : bool
+        Whether large errors count less (Huber) and spikes not at all (D19), which a note counts.
     limits : Limits, optional
         Thresholds.
 
@@ -60,7 +63,7 @@ def ararx(
     >>> fit.names, fit.status
     (('a1', 'a2', 'b1', 'b2', 'd1'), 'converged')
     """
-    return pem(rec, "ARARX", orders(rec.nu, na=na, nb=nb, nd=nd, nk=nk), offset, x0, limits)
+    return pem(rec, "ARARX", orders(rec.nu, na=na, nb=nb, nd=nd, nk=nk), offset, x0, robust, limits)
 
 
 def ararmax(
@@ -73,6 +76,7 @@ def ararmax(
     *,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q) u(t - nk) + C(q)/D(q) e(t).
@@ -89,6 +93,8 @@ def ararmax(
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, or all signals are zero there.
+    robust : bool
+        Whether large errors count less (Huber) and spikes not at all (D19), which a note counts.
     limits : Limits, optional
         Thresholds.
 
@@ -115,4 +121,4 @@ def ararmax(
     (('a1', 'a2', 'b1', 'b2', 'c1', 'd1'), 'converged')
     """
     wanted = orders(rec.nu, na=na, nb=nb, nc=nc, nd=nd, nk=nk)
-    return pem(rec, "ARARMAX", wanted, offset, x0, limits)
+    return pem(rec, "ARARMAX", wanted, offset, x0, robust, limits)

@@ -18,6 +18,7 @@ def armax(
     *,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q) u(t - nk) + C(q) e(t), a disturbance that is a moving average.
@@ -34,6 +35,8 @@ def armax(
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, or all signals are zero there.
+    robust : bool
+        Whether large errors count less (Huber) and spikes not at all (D19), which a note counts.
     limits : Limits, optional
         Thresholds.
 
@@ -62,4 +65,4 @@ def armax(
     >>> bool(abs(fit.model.dc_gain() + 5.939) < 0.05)
     True
     """
-    return pem(rec, "ARMAX", orders(rec.nu, na=na, nb=nb, nc=nc, nk=nk), offset, x0, limits)
+    return pem(rec, "ARMAX", orders(rec.nu, na=na, nb=nb, nc=nc, nk=nk), offset, x0, robust, limits)

@@ -22,6 +22,7 @@ def arx(
     *,
     offset: bool = True,
     regressors: Sequence[Regressor] = (),
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q) u(t - nk) + e(t) by least squares.
@@ -43,6 +44,8 @@ def arx(
         sign abs square max min`; or a name with a function from the record to one value per row,
         NaN where it has none.  Then `nb` may be 0, the model is a `TermModel`, and the constant
         is its `d`.
+    robust : bool
+        Whether large errors count less (Huber) and spikes not at all (D19), which a note counts.
     limits : Limits, optional
         Thresholds.
 
@@ -84,12 +87,19 @@ def arx(
     (('positive(y(t-1))', 'sign(y(t-1))'), 'terms')
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
+    if robust and (regressors or rec.ny > 1):
+        what = "regressors of one's own" if regressors else "several outputs"
+        raise refusal(
+            "U01",
+            f"`robust` is not there for {what}",
+            remedy="pt.prep.despike(rec), then arx",
+        )
     if regressors:
         return term_arx(rec, na, nb, nk, regressors, offset, limits)
     if rec.ny > 1:
         return _of_several(rec, whole("na", na), nb, nk, offset, limits)
     wanted = orders(rec.nu, na=na, nb=nb, nk=nk)
-    fit = _core.arx(rec, wanted, offset, limits)
+    fit = _core.arx(rec, wanted, offset, robust, limits)
     return fit_from_core(fit, "ARX", rec, limits)
 
 

@@ -19,6 +19,7 @@ def bj(
     *,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit y(t) = B(q)/F(q) u(t - nk) + O + C(q)/D(q) e(t).
@@ -36,6 +37,8 @@ def bj(
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, so that its state is a parameter and the rows
         up to the longest lag are history; or all signals are zero there.
+    robust : bool
+        Whether large errors count less (Huber) and spikes not at all (D19), which a note counts.
     limits : Limits, optional
         Thresholds.
 
@@ -69,4 +72,4 @@ def bj(
     True
     """
     wanted = orders(rec.nu, nb=nb, nc=nc, nd=nd, nf=nf, nk=nk)
-    return pem(rec, "BJ", wanted, offset, x0, limits)
+    return pem(rec, "BJ", wanted, offset, x0, robust, limits)

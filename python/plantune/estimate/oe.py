@@ -17,6 +17,7 @@ def oe(
     *,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit y(t) = B(q)/F(q) u(t - nk) + O + e(t), the noise white on the output.
@@ -32,6 +33,8 @@ def oe(
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, so that its state is a parameter and the rows
         up to the longest lag are history; or all signals are zero there.
+    robust : bool
+        Whether large errors count less (Huber) and spikes not at all (D19), which a note counts.
     limits : Limits, optional
         Thresholds.
 
@@ -60,4 +63,4 @@ def oe(
     >>> fit.theta.round(4), fit.offset.round(3), fit.status
     (array([-0.7455, -0.8745]), array([583.451]), 'converged')
     """
-    return pem(rec, "OE", orders(rec.nu, nb=nb, nf=nf, nk=nk), offset, x0, limits)
+    return pem(rec, "OE", orders(rec.nu, nb=nb, nf=nf, nk=nk), offset, x0, robust, limits)

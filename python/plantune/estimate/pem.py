@@ -14,8 +14,14 @@ Start = Literal["estimate", "zero"]
 
 
 def pem(
-    rec: Record, method: str, wanted: Orders, offset: bool, x0: Start, limits: Limits | None
+    rec: Record,
+    method: str,
+    wanted: Orders,
+    offset: bool,
+    x0: Start,
+    robust: bool,
+    limits: Limits | None,
 ) -> Fit:
     """Return the fit of checked orders, named by its structure."""
     limits = limits or rec.limits or DEFAULT_LIMITS
-    return fit_from_core(_core.pem(rec, wanted, offset, x0, limits), method, rec, limits)
+    return fit_from_core(_core.pem(rec, wanted, offset, x0, robust, limits), method, rec, limits)

@@ -20,6 +20,7 @@ def poly(
     nk: PerInput = 1,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q)/F(q) u(t - nk) + C(q)/D(q) e(t).
@@ -36,6 +37,8 @@ def poly(
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, or all signals are zero there.
+    robust : bool
+        Whether large errors count less (Huber) and spikes not at all (D19), which a note counts.
     limits : Limits, optional
         Thresholds.
 
@@ -63,7 +66,7 @@ def poly(
     ('BJ', ('b1', 'b2', 'd1', 'f1', 'f2'))
     """
     wanted = orders(rec.nu, na=na, nb=nb, nc=nc, nd=nd, nf=nf, nk=nk)
-    return pem(rec, _structure(wanted), wanted, offset, x0, limits)
+    return pem(rec, _structure(wanted), wanted, offset, x0, robust, limits)
 
 
 def _structure(n: Orders) -> str:

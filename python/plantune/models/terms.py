@@ -174,9 +174,7 @@ class TermModel:
         [nan, 2.0, 1.0]
         """
         given = self.given(rec, ahead=horizon != 1)
-        rows, yhat = _core.term_over_record(
-            rec, self, given, horizon, rec.limits or DEFAULT_LIMITS
-        )
+        rows, yhat = _core.term_over_record(rec, self, given, horizon, rec.limits or DEFAULT_LIMITS)
         full = np.full(rec.N, np.nan)
         full[rows] = yhat
         return full
