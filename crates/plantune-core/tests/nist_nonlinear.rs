@@ -251,7 +251,7 @@ impl Residuals for Problem {
 
     fn exact(&self) -> f64 {
         let y: Vec<f64> = self.rows.iter().map(|row| row[0]).collect();
-        1e-30 * dot(&y, &y)
+        1e-26 * dot(&y, &y)
     }
 
     fn most_steps(&self) -> usize {

@@ -9,6 +9,11 @@
 //!
 //! Marquardt 1963; Moré 1978.
 
+mod mixing;
+mod region;
+
+use self::mixing::Memory;
+use self::region::Region;
 use super::qr::Triangle;
 use super::solve::solve_damped;
 
@@ -19,14 +24,6 @@ const GRADIENT: f64 = 3e-8;
 const ROUNDED: f64 = 1e-5;
 
 const MOST_STEPS: usize = 100;
-
-/// Steps remembered.
-const MOST_MEMORY: usize = 5;
-
-/// Curvature of the residual against that of the gradient's space: a change whose length is `x` times the
-/// residual's tells nothing where the later ones leave less than `sqrt(CURVED) x` of it. Over random OE and
-/// ARMAX models, 10 to 100 needs a fifth fewer evaluations than 0.
-const CURVED: f64 = 30.0;
 
 /// A nonlinear least-squares problem.
 pub trait Residuals {
@@ -47,9 +44,6 @@ pub trait Residuals {
 
 /// Share by which costs of two points may differ by rounding, where the residual is small against the signals.
 pub const TIE: f64 = 1e-9;
-
-/// Damping at which a step is no step any more.
-const MOST_DAMPING: f64 = 1e12;
 
 /// Where a descent ended.
 #[derive(Clone, Debug)]
@@ -82,38 +76,44 @@ pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Min
     problem.project(&mut theta);
     let mut best = Minimum::at(problem, theta)?;
     let mut memory = Memory::default();
-    let mut damping = 0.0;
+    let mut region = Region::around(&best);
     for _ in 0..problem.most_steps() {
-        best.converged = best.cost <= problem.exact() || best.slope <= GRADIENT;
-        if best.converged {
+        if best.cost <= problem.exact() || best.slope <= GRADIENT {
+            best.converged = !region.has_died(&best);
             break;
         }
-        let step = if damping == 0.0 { memory.step(&best) } else { best.step(damping) };
+        let newton = best.newton();
+        let (step, mixed) = if region.holds(&newton) {
+            let alone = memory.is_empty();
+            (memory.mix(&best, newton), !alone)
+        } else {
+            memory.clear();
+            (region.edge(&best), false)
+        };
         let mut theta: Vec<f64> = best.theta.iter().zip(&step).map(|(t, d)| t + d).collect();
         problem.project(&mut theta);
-        let promised = best.cost - best.cost_after(&step);
         match Minimum::at(problem, theta) {
             Some(trial) if trial.is_below(&best) => {
-                let kept = (best.cost - trial.cost) / promised.max(f64::MIN_POSITIVE);
-                damping = match kept {
-                    ..0.1 if damping > 0.0 => 4.0 * damping,
-                    0.75.. if damping > 1e-6 => damping / 10.0,
-                    0.75.. => 0.0,
-                    _ => damping,
-                };
+                if !trial.ties(&best) {
+                    region.learn(&step, (best.cost - trial.cost) / (best.cost - best.cost_after(&step)));
+                }
                 best = trial;
-            }
-            _ if damping > MOST_DAMPING => {
-                best.converged = best.slope <= ROUNDED;
-                break;
+                region.see(&best);
             }
             trial => {
+                memory.clear();
+                let finite = trial.is_some();
                 if trial.is_some_and(|trial| trial.ties(&best)) {
                     // Its slope may date from initial states that were not yet the best.
                     best = Minimum::at(problem, best.theta)?;
                 }
-                memory = Memory::default();
-                damping = (10.0 * damping).max(1e-3);
+                if !mixed {
+                    region.shrink(&step, finite);
+                }
+                if region.is_nothing(&best.theta) {
+                    best.converged = best.slope <= ROUNDED && !region.has_died(&best);
+                    break;
+                }
             }
         }
     }
@@ -123,12 +123,26 @@ pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Min
 impl Minimum {
     fn at(problem: &mut impl Residuals, theta: Vec<f64>) -> Option<Self> {
         let triangle = problem.linearise(&theta)?;
-        Some(Minimum { cost: cost(&triangle), slope: slope(&triangle), theta, triangle, converged: false })
+        let finite = (0..triangle.n()).all(|i| triangle.row(i).iter().all(|x| x.is_finite()));
+        finite.then(|| Minimum {
+            cost: cost(&triangle),
+            slope: slope(&triangle),
+            theta,
+            triangle,
+            converged: false,
+        })
     }
 
-    fn step(&self, damping: f64) -> Vec<f64> {
+    /// The step of Gauss and Newton.
+    fn newton(&self) -> Vec<f64> {
         let columns: Vec<usize> = (0..self.theta.len()).collect();
-        solve_damped(&self.triangle, &columns, columns.len(), damping)
+        solve_damped(&self.triangle, &columns, columns.len(), 0.0)
+    }
+
+    /// Lengths of the columns.
+    fn lengths(&self) -> Vec<f64> {
+        let length = |j: usize| (0..=j).map(|i| self.triangle.at(i, j).powi(2)).sum::<f64>().sqrt();
+        (0..self.theta.len()).map(length).collect()
     }
 
     /// What the linear model promises after a step.
@@ -137,67 +151,6 @@ impl Minimum {
         let left = |i: usize| t.at(i, rhs) - (i..rhs).map(|j| t.at(i, j) * step[j]).sum::<f64>();
         (0..=rhs).map(|i| left(i).powi(2)).sum()
     }
-}
-
-/// The last points and the steps of Gauss and Newton there.
-///
-/// Where the residual is large these steps fall short or overshoot by a factor that depends on the direction;
-/// what the last ones became shows it: of all mixtures of them, the one whose step vanishes (Anderson 1965).
-#[derive(Default)]
-struct Memory {
-    points: Vec<(Vec<f64>, Vec<f64>)>,
-}
-
-impl Memory {
-    /// The next step from `best`.
-    fn step(&mut self, best: &Minimum) -> Vec<f64> {
-        let newton = best.step(0.0);
-        let most = best.theta.len().min(MOST_MEMORY);
-        let older = self.points.len().saturating_sub(most);
-        self.points.drain(..older);
-        let mixed = self.mixed(best, &newton);
-        self.points.push((best.theta.clone(), newton));
-        mixed
-    }
-
-    /// `newton` less the mixture of the last moves that takes most of it away, in the lengths of the columns.
-    fn mixed(&self, best: &Minimum, newton: &[f64]) -> Vec<f64> {
-        let n = newton.len();
-        let length = |j: usize| (0..=j).map(|i| best.triangle.at(i, j).powi(2)).sum::<f64>().sqrt();
-        let scale: Vec<f64> = (0..n).map(length).collect();
-        let (mut left, mut mixed) = (newton.to_vec(), newton.to_vec());
-        let mut before: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(self.points.len());
-        for (point, step) in self.points.iter().rev() {
-            // What the step became, and the move that made it so; orthogonal to the later ones.
-            let mut change: Vec<f64> = newton.iter().zip(step).map(|(now, then)| now - then).collect();
-            let mut moved: Vec<f64> = (0..n).map(|j| best.theta[j] - point[j] + change[j]).collect();
-            let own = norm2(&change, &scale);
-            for (other, with) in &before {
-                let share = product(&change, other, &scale) / norm2(other, &scale);
-                subtract(&mut change, share, other);
-                subtract(&mut moved, share, with);
-            }
-            if norm2(&change, &scale) * best.cost > CURVED * own * own {
-                let share = product(&left, &change, &scale) / norm2(&change, &scale);
-                subtract(&mut left, share, &change);
-                subtract(&mut mixed, share, &moved);
-                before.push((change, moved));
-            }
-        }
-        mixed
-    }
-}
-
-fn product(x: &[f64], y: &[f64], scale: &[f64]) -> f64 {
-    x.iter().zip(y).zip(scale).map(|((x, y), s)| x * y * s * s).sum()
-}
-
-fn norm2(x: &[f64], scale: &[f64]) -> f64 {
-    product(x, x, scale)
-}
-
-fn subtract(x: &mut [f64], share: f64, y: &[f64]) {
-    x.iter_mut().zip(y).for_each(|(x, y)| *x -= share * y);
 }
 
 /// Squared length of the last column.
