@@ -1,6 +1,6 @@
 //! Eigenvalues, singular vectors and exponentials of small matrices.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::qr::Triangle;
 
@@ -30,4 +30,31 @@ pub fn right_singular_vectors(triangle: &Triangle) -> Vec<f64> {
     let r = DMatrix::from_fn(n, n, |i, j| triangle.at(i, j));
     let V = r.svd(false, true).v_t.unwrap_or_else(|| DMatrix::identity(n, n));
     (0..n * n).map(|ij| V[(ij / n, ij % n)]).collect()
+}
+
+/// Singular values of the scaled columns `R[:, ..n] / scale` of a triangle, and its last column seen from them.
+pub struct Singular {
+    pub values: Vec<f64>,
+    /// `U'` times the last column.
+    pub rhs: Vec<f64>,
+    v_t: DMatrix<f64>,
+}
+
+impl Singular {
+    pub fn of(triangle: &Triangle, scale: &[f64]) -> Self {
+        let n = scale.len();
+        let svd = DMatrix::from_fn(n, n, |i, j| triangle.at(i, j) / scale[j]).svd(true, true);
+        let (u, v_t) = (svd.u.unwrap_or_default(), svd.v_t.unwrap_or_default());
+        let rhs = DVector::from_fn(n, |i, _| triangle.at(i, n));
+        Singular {
+            values: svd.singular_values.iter().copied().collect(),
+            rhs: u.tr_mul(&rhs).iter().copied().collect(),
+            v_t,
+        }
+    }
+
+    /// `V z`
+    pub fn right(&self, z: &[f64]) -> Vec<f64> {
+        self.v_t.tr_mul(&DVector::from_column_slice(z)).iter().copied().collect()
+    }
 }
