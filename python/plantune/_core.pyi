@@ -344,7 +344,14 @@ def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
 def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
-def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
+def process(
+    rec: Record,
+    codes: list[str],
+    noise: tuple[int, int],
+    offset: bool,
+    L: Interval | None,
+    limits: Limits,
+) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 
 def areas(rec: Record, step_at: float | None, limits: Limits) -> tuple[float, float, float]:

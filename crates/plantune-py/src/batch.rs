@@ -1,7 +1,7 @@
 //! Batch estimators.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::batch::{self, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
+use plantune_core::batch::{self, Code, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
 use plantune_core::{Limits, Record};
 use pyo3::prelude::*;
 
@@ -15,7 +15,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
-    m.add_function(wrap_pyfunction!(p1d, m)?)?;
+    m.add_function(wrap_pyfunction!(process, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -38,6 +38,7 @@ pub struct FitOut<'py> {
     expected_digits: Array<'py>,
     notes: Vec<NoteOut>,
     rows: Matrix<'py, i64>,
+    intervals: Vec<(String, f64, f64)>,
 }
 
 pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
@@ -61,6 +62,7 @@ pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<
         notes: notes(&fit.notes),
         model: Some(fit.model.into()),
         rows: matrix(py, rows.concat(), 2)?,
+        intervals: fit.intervals,
     })
 }
 
@@ -126,15 +128,18 @@ fn pem<'py>(
 }
 
 #[pyfunction]
-fn p1d<'py>(
+fn process<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
+    codes: Vec<String>,
+    noise: (usize, usize),
     offset: bool,
     L: Option<(f64, f64)>,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
-    let options = ProcessOptions { offset, L };
-    run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
+    let options = ProcessOptions { offset, L, noise };
+    let codes = codes.iter().map(|code| Code::read(code)).collect::<plantune_core::Result<Vec<Code>>>()?;
+    run(py, &rec, limits, |record, limits| batch::process(record, &codes, &options, limits))
 }
 
 #[pyfunction]
@@ -164,6 +169,7 @@ fn least_squares<'py>(
         expected_digits: array(py, fit.expected_digits),
         notes: Vec::new(),
         rows: matrix(py, Vec::new(), 2)?,
+        intervals: Vec::new(),
     })
 }
 

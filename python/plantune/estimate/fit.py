@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,8 @@ class Fit:
         First and last original row of each stretch of the record.
     Ts : float or None
         Sample time of the record, seconds; None for a plain least-squares problem.
+    intervals : mapping
+        95 % intervals (low, high) by name, where a profile of the loss gave them.
 
     Examples
     --------
@@ -83,6 +85,7 @@ class Fit:
     source: str
     rows: NDArray[np.int64]
     Ts: float | None = None
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
         """Return the output for the input `u`, offset included, the plant at rest before row 0.
@@ -108,6 +111,29 @@ class Fit:
         True
         """
         return self._need_model().predict(rec, horizon, float(self.offset[0]))
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Return the 95 % interval of a parameter by its name.
+
+        The two ends of a profile of the loss where there is one (dead times); elsewhere
+        1.96 standard deviations on both sides.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> fit = pt.estimate.process(pt.datasets.engine_loop(noise_var=1.5, seed=1), "P1D")
+        >>> low, high = fit.interval("L")
+        >>> low < fit.model.L < high
+        True
+        """
+        if name not in self.names:
+            raise refusal(
+                "U01", f"`name` is {name!r}, must be one of {', '.join(self.names)}"
+            )
+        if name in self.intervals:
+            return self.intervals[name]
+        i = self.names.index(name)
+        return float(self.theta[i] - 1.96 * self.sd[i]), float(self.theta[i] + 1.96 * self.sd[i])
 
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
@@ -152,6 +178,7 @@ def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits:
             **d,
             "model": None if d["model"] is None else from_core(d["model"]),
             "names": tuple(d["names"]),
+            "intervals": {name: (low, high) for name, low, high in d["intervals"]},
             "notes": (*notes_from_core(d["notes"]), *limits.changes()),
         },
         source="" if rec is None else rec.source,

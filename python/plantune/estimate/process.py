@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from plantune import _core
-from plantune.errors import refusal
 from plantune.estimate.fit import Fit, fit_from_core
 from plantune.notes import DEFAULT_LIMITS, Limits
 from plantune.record import Record
@@ -11,8 +12,9 @@ from plantune.record import Record
 
 def process(
     rec: Record,
-    code: str = "P1D",
+    code: str | Sequence[str] = "P1D",
     *,
+    noise: tuple[int, int] = (0, 0),
     offset: bool = True,
     L: tuple[float, float] | None = None,
     limits: Limits | None = None,
@@ -56,7 +58,8 @@ def process(
     >>> fit.theta.round(4), fit.offset.round(3)
     (array([-5.939 ,  0.1491,  0.107 ]), array([583.451]))
     """
-    if code != "P1D":
-        raise refusal("U01", f"`code` is {code!r}, must be 'P1D'", remedy="process(rec, 'P1D')")
     limits = limits or rec.limits or DEFAULT_LIMITS
-    return fit_from_core(_core.p1d(rec, offset, L, limits), code, rec, limits)
+    codes = [code] if isinstance(code, str) else list(code)
+    return fit_from_core(
+        _core.process(rec, codes, noise, offset, L, limits), " ".join(codes), rec, limits
+    )

@@ -15,7 +15,7 @@ pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use least_squares::{LinearFit, least_squares};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
-pub use process::{ProcessOptions, p1d};
+pub use process::{Code, ProcessOptions, p1d, process};
 pub use sampling::sampling;
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,

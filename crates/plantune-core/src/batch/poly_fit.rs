@@ -55,6 +55,7 @@ impl Scaled<'_> {
             status: Status::Exact,
             expected_digits: Vec::new(),
             notes: Vec::new(),
+            intervals: Vec::new(),
         };
         fit.notes = notes(&fit, self.rss <= EXACT * self.N as f64, limits);
         fit
