@@ -347,7 +347,7 @@ def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> F
 def process(
     rec: Record,
     codes: list[str],
-    noise: tuple[int, int],
+    noise: str | tuple[int, int],
     offset: bool,
     L: Interval | None,
     limits: Limits,

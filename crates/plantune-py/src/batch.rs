@@ -1,8 +1,11 @@
 //! Batch estimators.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::batch::{self, Code, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations};
-use plantune_core::{Limits, Record};
+use plantune_core::batch::{
+    self, Code, Fit, Orders, PemOptions, ProcessOptions, criteria, standard_deviations,
+};
+use plantune_core::model::Model;
+use plantune_core::{Error, Limits, Record};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -39,6 +42,8 @@ pub struct FitOut<'py> {
     notes: Vec<NoteOut>,
     rows: Matrix<'py, i64>,
     intervals: Vec<(String, f64, f64)>,
+    plants: Vec<ModelOut>,
+    sampled: Option<ModelOut>,
 }
 
 pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
@@ -63,6 +68,8 @@ pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<
         model: Some(fit.model.into()),
         rows: matrix(py, rows.concat(), 2)?,
         intervals: fit.intervals,
+        plants: fit.plants.into_iter().map(|plant| Model::Process(plant).into()).collect(),
+        sampled: fit.sampled.map(|model| Model::Poly(model).into()),
     })
 }
 
@@ -127,18 +134,39 @@ fn pem<'py>(
     run(py, &rec, limits, |record, limits| batch::pem(record, &orders, options, limits))
 }
 
+/// Orders of a noise model, or a word for them.
+#[derive(FromPyObject)]
+enum NoiseIn {
+    Orders((usize, usize)),
+    Named(String),
+}
+
+impl NoiseIn {
+    fn orders(&self, codes: &[Code]) -> plantune_core::Result<(usize, usize)> {
+        match self {
+            NoiseIn::Orders(orders) => Ok(*orders),
+            NoiseIn::Named(name) if name == "white" => Ok((0, 0)),
+            NoiseIn::Named(name) if name == "arma" => Ok(Code::arma(codes)),
+            NoiseIn::Named(name) => {
+                Err(Error::argument("noise", format!("{name:?}"), "\"white\", \"arma\" or a pair (nc, nd)"))
+            }
+        }
+    }
+}
+
 #[pyfunction]
 fn process<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
     codes: Vec<String>,
-    noise: (usize, usize),
+    noise: NoiseIn,
     offset: bool,
     L: Option<(f64, f64)>,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
-    let options = ProcessOptions { offset, L, noise };
     let codes = codes.iter().map(|code| Code::read(code)).collect::<plantune_core::Result<Vec<Code>>>()?;
+    let noise = noise.orders(&codes)?;
+    let options = ProcessOptions { offset, L, noise };
     run(py, &rec, limits, |record, limits| batch::process(record, &codes, &options, limits))
 }
 
@@ -170,6 +198,8 @@ fn least_squares<'py>(
         notes: Vec::new(),
         rows: matrix(py, Vec::new(), 2)?,
         intervals: Vec::new(),
+        plants: Vec::new(),
+        sampled: None,
     })
 }
 

@@ -52,6 +52,10 @@ class Fit:
         Sample time of the record, seconds; None for a plain least-squares problem.
     intervals : mapping
         95 % intervals (low, high) by name, where a profile of the loss gave them.
+    plants : tuple of ProcessModel
+        Of a process fit one per input.
+    sampled : PolyModel or None
+        All inputs and the noise model, where a process fit has several or coloured noise.
 
     Examples
     --------
@@ -86,6 +90,8 @@ class Fit:
     rows: NDArray[np.int64]
     Ts: float | None = None
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    plants: tuple[ProcessModel, ...] = ()
+    sampled: PolyModel | None = None
 
     def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
         """Return the output for the input `u`, offset included, the plant at rest before row 0.
@@ -110,7 +116,8 @@ class Fit:
         >>> bool(abs(fit.predict(rec) - rec.y[:, 0])[20:].max() < 1e-6)
         True
         """
-        return self._need_model().predict(rec, horizon, float(self.offset[0]))
+        model = self.sampled or self._need_model()
+        return model.predict(rec, horizon, float(self.offset[0]))
 
     def interval(self, name: str) -> tuple[float, float]:
         """Return the 95 % interval of a parameter by its name.
@@ -179,6 +186,8 @@ def fit_from_core(d: Mapping[str, Any], method: str, rec: Record | None, limits:
             "model": None if d["model"] is None else from_core(d["model"]),
             "names": tuple(d["names"]),
             "intervals": {name: (low, high) for name, low, high in d["intervals"]},
+            "plants": tuple(from_core(plant) for plant in d["plants"]),
+            "sampled": None if d["sampled"] is None else from_core(d["sampled"]),
             "notes": (*notes_from_core(d["notes"]), *limits.changes()),
         },
         source="" if rec is None else rec.source,

@@ -1,7 +1,7 @@
 //! What every batch estimator returns, and the criteria computed from its loss.
 
 use crate::error::{Error, Result};
-use crate::model::Model;
+use crate::model::{Model, PolyModel, ProcessModel};
 use crate::note::Note;
 
 /// How an iteration ended.
@@ -53,6 +53,10 @@ pub struct Fit {
     pub notes: Vec<Note>,
     /// 95 % intervals of those parameters whose uncertainty is not that of a normal law: name, low, high.
     pub intervals: Vec<(String, f64, f64)>,
+    /// Process models of the inputs.
+    pub plants: Vec<ProcessModel>,
+    /// Their exact samples with the noise model, where several inputs or coloured noise were fitted.
+    pub sampled: Option<PolyModel>,
 }
 
 impl Fit {

@@ -56,6 +56,8 @@ impl Scaled<'_> {
             expected_digits: Vec::new(),
             notes: Vec::new(),
             intervals: Vec::new(),
+            plants: Vec::new(),
+            sampled: None,
         };
         fit.notes = notes(&fit, self.rss <= EXACT * self.N as f64, limits);
         fit

@@ -180,7 +180,7 @@ fn derived(plant: &Plant, slope: &Plant, h: f64) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// Share of a response below which nothing of it is left.
-const FORGOTTEN: f64 = 1e-200;
+const FORGOTTEN: f64 = 1e-60;
 
 /// The input as one chain sees it.
 #[derive(Clone, Copy)]
@@ -216,6 +216,60 @@ impl Chain {
             x[0] = 0.0;
         }
         x
+    }
+
+    /// The last state over `column`'s rows from `x0`, without an input.
+    pub(super) fn decay(&self, x0: [f64; MOST], column: &mut [f64]) {
+        match self.n() {
+            0 => {}
+            1 => self.decay_with::<1>(x0, column),
+            2 => self.decay_with::<2>(x0, column),
+            3 => self.decay_with::<3>(x0, column),
+            _ => self.decay_with::<MOST>(x0, column),
+        }
+    }
+
+    fn decay_with<const N: usize>(&self, x0: [f64; MOST], column: &mut [f64]) {
+        let mut x: [f64; N] = std::array::from_fn(|i| x0[i]);
+        for y in column {
+            *y = x[N - 1];
+            x = self.step.moved(&x);
+            if x.iter().all(|v| v.abs() < FORGOTTEN) {
+                return; // numbers next to zero would cost much time
+            }
+        }
+    }
+
+    /// The last state over `column`'s rows from `x0`, and its slope in time where there is room for it.
+    pub(super) fn response(&self, drive: Drive<'_>, x0: [f64; MOST], column: &mut [f64], slope: &mut [f64]) {
+        let first = drive.first;
+        if !slope.is_empty() || self.n() == 0 || self.m + 2 > first {
+            return self.run(drive, x0, |k, y, _| {
+                column[k - first] = y.0;
+                if let Some(slope) = slope.get_mut(k - first) {
+                    *slope = y.1;
+                }
+            });
+        }
+        match self.n() {
+            1 => self.response_with::<1>(drive, x0, column),
+            2 => self.response_with::<2>(drive, x0, column),
+            3 => self.response_with::<3>(drive, x0, column),
+            _ => self.response_with::<MOST>(drive, x0, column),
+        }
+    }
+
+    /// With all inputs inside the segment.
+    fn response_with<const N: usize>(&self, drive: Drive<'_>, x0: [f64; MOST], column: &mut [f64]) {
+        let mut x: [f64; N] = std::array::from_fn(|i| x0[i]);
+        let Some((begin, rest)) = column.split_first_mut() else { return };
+        *begin = x[N - 1];
+        let arriving = drive.u[drive.first - self.m - 1..].windows(2);
+        for (y, u) in rest.iter_mut().zip(arriving) {
+            let moved = self.step.moved(&x);
+            x = std::array::from_fn(|i| moved[i] + (self.step.now[i] * u[1] + self.step.before[i] * u[0]));
+            *y = x[N - 1];
+        }
     }
 
     /// Runs from the states `x0`; `take` gets the row, the output and its derivatives.
@@ -265,9 +319,6 @@ impl Chain {
                 }
                 let moved = own.moved(&x);
                 x = std::array::from_fn(|i| moved[i] + own.now[i] * now + own.before[i] * before);
-                if drive.gain == 0.0 && x.iter().chain(dx.as_flattened()).all(|v| v.abs() < FORGOTTEN) {
-                    return; // numbers next to zero would cost much time
-                }
             }
             let v = self.arrived(&drive, k);
             for ((dx, slope), output) in dx.iter().zip(&self.slopes).zip(outputs.iter_mut()) {

@@ -32,8 +32,7 @@ impl Code {
             return Err(unknown(text, "P0, P1, P2 or P3 with any of the letters D, Z, I, U, as in 'P2DU'"));
         };
         let has = |letter| count(letter) == 1;
-        let code =
-            Code { lags, delay: has('D'), zero: has('Z'), integrating: has('I'), pair: has('U') };
+        let code = Code { lags, delay: has('D'), zero: has('Z'), integrating: has('I'), pair: has('U') };
         if code.pair && lags < 2 {
             return Err(unknown(text, "P2 or P3 where it has a U: a pair of poles counts as two"));
         }
@@ -78,6 +77,12 @@ impl Code {
         self.delay && self.excess() <= 1
     }
 
+    /// Orders `(nc, nd)` of a noise model that can be true if the noise goes through the poles of the plants.
+    pub fn arma(codes: &[Code]) -> (usize, usize) {
+        let n = codes.iter().map(|c| c.states()).max().unwrap_or(0).max(1);
+        (n, n)
+    }
+
     /// Names of the parameters, `L` among them even if it is 0 by the code.
     pub fn names(&self) -> Vec<String> {
         let times = (1..=self.times()).map(|k| if self.times() == 1 { "T".into() } else { format!("T{k}") });
@@ -92,7 +97,12 @@ impl Code {
     /// Parameters of a model of this structure in the order of their names.
     pub fn theta(&self, plant: &ProcessModel) -> Vec<f64> {
         let zero = self.zero.then_some(plant.Tz);
-        [vec![plant.K], plant.T.clone(), vec![plant.L]].concat().into_iter().chain(zero).chain(plant.zeta).collect()
+        [vec![plant.K], plant.T.clone(), vec![plant.L]]
+            .concat()
+            .into_iter()
+            .chain(zero)
+            .chain(plant.zeta)
+            .collect()
     }
 
     /// The model of a gain, the nonlinear parameters in samples, and `Tz` in seconds.

@@ -28,11 +28,11 @@ mod summary;
 
 pub use self::code::Code;
 use self::problem::{Point, Problem};
-use super::fit::Fit;
+use super::fit::{Fit, standard_deviations};
 use crate::error::{Error, Result};
 use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
-use crate::note::Place;
+use crate::note::{Note, Place, rounded};
 use crate::record::Record;
 
 /// Pivots below this share mean that the data do not tell parameters apart.
@@ -75,7 +75,10 @@ pub fn process(rec: &Record, codes: &[Code], options: &ProcessOptions, limits: &
     if options.noise != (0, 0) {
         best = problem.with_noise(options.noise, &best).ok_or_else(|| unrelated(&problem))?;
     }
-    problem.fit(&best)
+    match problem.as_pair(rec, options, limits, &best) {
+        Some(fit) => Ok(fit),
+        None => problem.fit(&best),
+    }
 }
 
 impl Problem<'_, '_> {
@@ -84,6 +87,48 @@ impl Problem<'_, '_> {
         let start = noise::start(&self.residuals(white)?, orders);
         self.noise = orders;
         self.search([white.x.clone(), start].concat())
+    }
+}
+
+impl Problem<'_, '_> {
+    /// The fit of a pair `T^2 s^2 + 2 zeta T s + 1` in place of the two closest lags, if `zeta` is within two
+    /// standard deviations of 1 or below: there the deviations of the two lags are without bound, those of `T`
+    /// and `zeta` are not.
+    fn as_pair(&self, rec: &Record, options: &ProcessOptions, limits: &Limits, best: &Point) -> Option<Fit> {
+        let [code] = self.codes[..] else { return None };
+        if code.pair || code.lags < 2 {
+            return None;
+        }
+        let mut ln_T = best.x[..code.lags].to_vec();
+        ln_T.sort_by(f64::total_cmp);
+        let close =
+            (1..code.lags).min_by(|&i, &j| (ln_T[i] - ln_T[i - 1]).total_cmp(&(ln_T[j] - ln_T[j - 1])))?;
+        let (a, b) = (ln_T[close - 1], ln_T[close]);
+        ln_T.drain(close - 1..=close);
+        let zeta = (0.5 * (b - a)).cosh();
+        let x = [&[0.5 * (a + b)], ln_T.as_slice(), &[zeta.ln()], &best.x[code.lags..]].concat();
+
+        let mut problem = Problem::new(rec, &[Code { pair: true, ..code }], options, limits).ok()?;
+        if !self.stretches.iter().any(|s| s.at_rest) {
+            problem = problem.without_rest();
+        }
+        problem.noise = self.noise;
+        let mut fit = problem.fit(&problem.search(x)?).ok()?;
+        let k = fit.names.iter().position(|name| name == "zeta")?;
+        let sd = standard_deviations(&fit.P, fit.theta.len())[k];
+        if fit.theta[k] - 2.0 * sd > 1.0 {
+            return None;
+        }
+        fit.notes.push(Note::warning(
+            "X10",
+            format!(
+                "two lags are not separable: quoted is their pair T^2 s^2 + 2 zeta T s + 1, zeta = {} +- {}, \
+                 the sum of the lags is 2 zeta T",
+                rounded(fit.theta[k]),
+                rounded(sd)
+            ),
+        ));
+        Some(fit)
     }
 }
 

@@ -7,6 +7,8 @@
 //! Data of a closed loop give a plant without bias only if the noise model can be true (Ljung 1999, 13.4;
 //! METHODS 1.7). The errors before a segment are taken as zero.
 
+use std::borrow::Cow;
+
 use crate::linalg::Triangle;
 use crate::poly::is_stable;
 
@@ -27,12 +29,25 @@ impl Noise {
         (stable(&noise.c) && stable(&noise.d)).then_some(noise)
     }
 
+    /// Whether `C = D = 1`.
+    pub(super) fn is_white(&self) -> bool {
+        self.c.len() + self.d.len() == 0
+    }
+
+    /// `(D / C) x` of each column.
+    pub(super) fn whitened<'x>(&self, columns: impl Iterator<Item = &'x [f64]>) -> Vec<Cow<'x, [f64]>> {
+        let white = |x: &'x [f64]| {
+            let mut x = Cow::Borrowed(x);
+            if !self.is_white() {
+                self.whiten(x.to_mut());
+            }
+            x
+        };
+        columns.map(white).collect()
+    }
+
     /// `x <- (D / C) x`, zero before.
-    pub(super) fn whiten(&self, x: &mut [f64]) {
-        let (nc, nd) = (self.c.len(), self.d.len());
-        if nc + nd == 0 {
-            return;
-        }
+    fn whiten(&self, x: &mut [f64]) {
         let own = x.to_vec();
         for t in 0..x.len() {
             let past = |p: &[f64], y: &[f64]| -> f64 {

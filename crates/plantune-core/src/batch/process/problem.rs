@@ -1,5 +1,6 @@
 //! The data of a process fit, the rows that count, and the columns of its regressions at a point.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::super::fit::Status;
@@ -71,6 +72,8 @@ pub(super) struct Point {
 pub(super) struct Linear {
     pub(super) theta: Vec<f64>,
     pub(super) x0: Vec<Vec<f64>>,
+    /// Columns `[free states | responses and their slopes, 1 or t]` of each segment.
+    columns: Vec<Vec<Vec<f64>>>,
 }
 
 fn moves(u: &[Vec<f64>], rows: &Range<usize>) -> usize {
@@ -109,13 +112,19 @@ impl<'r, 'a> Problem<'r, 'a> {
             let moves = moves(&u, &rows);
             Stretch { at_rest: rests && starts_at_rest(&u, &y, &rows, moves), moves, rows }
         };
-        let stretches = rec.segments().map(stretch).collect();
+        // A noise model needs the errors of all rows before.
+        let whole = options.noise == (0, 0) || rec.valid.is_none();
+        let stretches = if whole {
+            rec.segments().map(stretch).collect()
+        } else {
+            rec.runs(0, 0, 0).into_iter().map(stretch).collect()
+        };
         let problem = Problem {
             rec,
             stretches,
             limits,
             codes: codes.to_vec(),
-            noise: options.noise,
+            noise: (0, 0),
             offset: options.offset,
             y: y.iter().map(|&x| scale_y.apply(x)).collect(),
             u,
@@ -211,57 +220,48 @@ impl<'r, 'a> Problem<'r, 'a> {
     pub(super) fn evaluate(&self, point: &Point) -> Option<(f64, Linear)> {
         let (chains, noise) = (self.chains(point, false), self.noise_at(point)?);
         let mut problem = Segmented::new(self.locals(), self.linear());
+        let mut columns = Vec::new();
         for s in self.stretches(point.history) {
-            let mut columns = self.regressors(s, point.history, &chains);
-            columns.push(self.measured(s, point.history));
-            columns.iter_mut().for_each(|x| noise.whiten(x));
-            problem.push(self.triangle(s, point.history, &columns));
+            let own = self.regressors(s, point.history, &chains);
+            let white =
+                noise.whitened(own.iter().map(Vec::as_slice).chain([self.measured(s, point.history)]));
+            problem.push(self.triangle(s, point.history, &white));
+            columns.push(own);
         }
-        let columns: Vec<usize> = (0..self.linear()).collect();
-        let solution = solve(problem.common(), &columns, self.linear(), RANK_TOLERANCE).ok()?;
+        let every: Vec<usize> = (0..self.linear()).collect();
+        let solution = solve(problem.common(), &every, self.linear(), RANK_TOLERANCE).ok()?;
         let x0 = problem.locals(&solution.theta);
-        solution.rss.is_finite().then_some((solution.rss, Linear { theta: solution.theta, x0 }))
+        solution.rss.is_finite().then_some((solution.rss, Linear { theta: solution.theta, x0, columns }))
     }
 
     /// Triangle of `[K, K Tz, …, O | ln T …, ln zeta, L, …, c, d | y]` over all segments, states eliminated.
     pub(super) fn full(&self, point: &Point, linear: &Linear) -> Option<Triangle> {
         let (chains, noise) = (self.chains(point, true), self.noise_at(point)?);
         let mut problem = Segmented::new(self.locals(), self.parameters());
-        for (s, x0) in self.stretches(point.history).zip(&linear.x0) {
-            let mut columns = self.regressors(s, point.history, &chains);
+        for ((s, x0), own) in self.stretches(point.history).zip(&linear.x0).zip(&linear.columns) {
             let y = self.measured(s, point.history);
-            let errors = self.errors(&columns, &y, linear, x0);
-            columns.extend(self.derivatives(s, point.history, &chains, linear, x0));
-            columns.iter_mut().for_each(|x| noise.whiten(x));
-            columns.extend(noise.derivatives(&errors));
-            columns.push(y);
-            columns.last_mut().into_iter().for_each(|y| noise.whiten(y));
-            problem.push(self.triangle(s, point.history, &columns));
+            let slopes = self.derivatives(s, point.history, &chains, linear, x0);
+            let mut white = noise.whitened(own.iter().chain(&slopes).map(Vec::as_slice));
+            if !noise.is_white() {
+                white.extend(noise.derivatives(&errors(own, y, linear, x0)).into_iter().map(Cow::Owned));
+            }
+            white.extend(noise.whitened([y].into_iter()));
+            problem.push(self.triangle(s, point.history, &white));
         }
         Some(problem.common().clone())
     }
 
-    /// `y - X [x0, theta]` of one segment.
-    fn errors(&self, columns: &[Vec<f64>], y: &[f64], linear: &Linear, x0: &[f64]) -> Vec<f64> {
-        let mut errors = y.to_vec();
-        for (column, factor) in columns.iter().zip(x0.iter().chain(&linear.theta)) {
-            errors.iter_mut().zip(column).for_each(|(e, x)| *e -= factor * x);
-        }
-        errors
-    }
-
     /// Errors of each stretch at a point, before the noise model.
     pub(super) fn residuals(&self, point: &Point) -> Option<Vec<Vec<f64>>> {
-        let (chains, (_, linear)) = (self.chains(point, false), self.evaluate(point)?);
-        let of = |(s, x0): (&Stretch, &Vec<f64>)| {
-            let columns = self.regressors(s, point.history, &chains);
-            self.errors(&columns, &self.measured(s, point.history), &linear, x0)
+        let (_, linear) = self.evaluate(point)?;
+        let of = |((s, x0), own): ((&Stretch, &Vec<f64>), &Vec<Vec<f64>>)| {
+            errors(own, self.measured(s, point.history), &linear, x0)
         };
-        Some(self.stretches(point.history).zip(&linear.x0).map(of).collect())
+        Some(self.stretches(point.history).zip(&linear.x0).zip(&linear.columns).map(of).collect())
     }
 
-    fn measured(&self, s: &Stretch, history: usize) -> Vec<f64> {
-        self.y[s.first(history)..s.rows.end].to_vec()
+    fn measured(&self, s: &Stretch, history: usize) -> &[f64] {
+        &self.y[s.first(history)..s.rows.end]
     }
 
     /// Columns `[free states | responses and their slopes, 1 or t]` of one segment.
@@ -276,18 +276,14 @@ impl<'r, 'a> Problem<'r, 'a> {
                 if !s.at_rest || (chain.code.integrating && j + 1 == chain.n()) {
                     let mut x0 = [0.0; MOST];
                     x0[j] = 1.0;
-                    chain.run(Drive { gain: 0.0, ..drive }, x0, |k, y, _| column[k - first] = y.0);
+                    chain.decay(x0, &mut column);
                 }
                 free.push(column);
             }
-            let (mut response, mut slope) = (vec![0.0; len], vec![0.0; if chain.code.zero { len } else { 0 }]);
+            let (mut response, mut slope) =
+                (vec![0.0; len], vec![0.0; if chain.code.zero { len } else { 0 }]);
             let x0 = if s.at_rest { chain.rest(drive.u[0]) } else { [0.0; MOST] };
-            chain.run(drive, x0, |k, y, _| {
-                response[k - first] = y.0;
-                if let Some(slope) = slope.get_mut(k - first) {
-                    *slope = y.1;
-                }
-            });
+            chain.response(drive, x0, &mut response, &mut slope);
             forced.push(response);
             if chain.code.zero {
                 forced.push(slope);
@@ -336,7 +332,7 @@ impl<'r, 'a> Problem<'r, 'a> {
     }
 
     /// Triangle of the columns' valid rows.
-    fn triangle(&self, s: &Stretch, history: usize, columns: &[Vec<f64>]) -> Triangle {
+    fn triangle(&self, s: &Stretch, history: usize, columns: &[Cow<'_, [f64]>]) -> Triangle {
         let (mut triangle, mut block) = (Triangle::new(columns.len()), Block::new(columns.len()));
         let first = s.first(history);
         let (mut k, end) = (first, s.rows.end);
@@ -380,6 +376,15 @@ impl<'r, 'a> Problem<'r, 'a> {
         self.stretches.iter_mut().for_each(|s| s.at_rest = false);
         self
     }
+}
+
+/// `y - X [x0, theta]` of one segment.
+fn errors(columns: &[Vec<f64>], y: &[f64], linear: &Linear, x0: &[f64]) -> Vec<f64> {
+    let mut errors = y.to_vec();
+    for (column, factor) in columns.iter().zip(x0.iter().chain(&linear.theta)) {
+        errors.iter_mut().zip(column).for_each(|(e, x)| *e -= factor * x);
+    }
+    errors
 }
 
 /// Rows in which a drift of one grows to one.

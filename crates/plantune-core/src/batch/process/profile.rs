@@ -17,8 +17,11 @@ use crate::stats::f_tail;
 /// Factor of the quantile.
 const WIDER: f64 = 1.1;
 
-/// Error allowed at the end of an interval, as a share of its half width.
-const ACCURACY: f64 = 3e-3;
+/// Height from which one more secant, not tried, ends within half a hundredth of the width.
+const NEAR: f64 = 0.05;
+
+/// Most heights tried for an end.
+const MOST_TRIES: usize = 12;
 
 /// Half width of a 95 % interval in standard deviations.
 pub(super) const WIDTH: f64 = 1.96;
@@ -54,38 +57,43 @@ impl Problem<'_, '_> {
         self.descend(Point { history, ..best.clone() }, Stop::AtMinimum, None)
     }
 
-    /// Where the profile has risen by `rise`, from a first guess of the distance; by secants in its root.
+    /// Where the profile has risen by `rise`, from a first guess of the distance; by secants in its root, which
+    /// is nearly a straight line.
     fn end(&self, best: &Point, j: usize, guess: f64, rise: f64) -> f64 {
         let (low, high) = self.range(best, j);
         let (mut inside, mut outside) = ((0.0, 0.0), None::<(f64, f64)>);
         let (mut distance, mut from) = (guess, best.clone());
-        for _ in 0..12 {
+        for _ in 0..MOST_TRIES {
             let value = (best.x[j] + distance).clamp(low, high);
             distance = value - best.x[j];
             // The profile's root, 1 at the end.
-            let height = self.least(&mut from, j, value).map_or(f64::INFINITY, |cost| {
-                ((cost - best.cost).max(0.0) / rise).sqrt()
-            });
-            if (height - 1.0).abs() < ACCURACY || (height < 1.0 && (value <= low || value >= high)) {
+            let height = self
+                .least(&mut from, j, value, 1e-3 * rise / best.cost)
+                .map_or(1e3, |cost| ((cost - best.cost).max(0.0) / rise).sqrt());
+            if height < 1.0 && (value <= low || value >= high) {
+                return value;
+            }
+            if height < 1.0 {
+                inside = (distance, height)
+            } else {
+                outside = Some((distance, height))
+            }
+            distance = match outside {
+                Some((far, height)) => {
+                    inside.0 + (far - inside.0) * ((1.0 - inside.1) / (height - inside.1)).clamp(0.05, 1.0)
+                }
+                None if inside.1 > 0.0 => inside.0 / inside.1.max(0.3),
+                None => 3.0 * inside.0,
+            };
+            if (height - 1.0).abs() < NEAR {
                 break;
             }
-            if height < 1.0 { inside = (distance, height) } else { outside = Some((distance, height)) }
-            distance = match outside {
-                Some((far, height)) if height.is_finite() => {
-                    inside.0 + (far - inside.0) * ((1.0 - inside.1) / (height - inside.1)).clamp(0.05, 0.95)
-                }
-                Some((far, _)) => 0.5 * (inside.0 + far),
-                None => inside.0 * (1.0 / inside.1).clamp(1.05, 3.0),
-            };
-            if inside.1 == 0.0 && outside.is_none() {
-                distance = 2.0 * inside.0;
-            }
         }
-        best.x[j] + distance
+        (best.x[j] + distance).clamp(low, high)
     }
 
     /// Least cost with coordinate `j` held.
-    fn least(&self, from: &mut Point, j: usize, value: f64) -> Option<f64> {
+    fn least(&self, from: &mut Point, j: usize, value: f64, share: f64) -> Option<f64> {
         let mut point = from.clone();
         point.x[j] = value;
         for (i, m) in self.cells_of(&point.x).into_iter().enumerate() {
@@ -93,14 +101,14 @@ impl Problem<'_, '_> {
                 point.m[i] = m.min(point.history - 1);
             }
         }
-        let least = self.across(point, j)?;
+        let least = self.across(point, j, Stop::Within(share))?;
         *from = least.clone();
         Some(least.cost)
     }
 
     /// Downhill with coordinate `j` held, other delays from cell to cell.
-    fn across(&self, point: Point, j: usize) -> Option<Point> {
-        let mut best = self.descend(point, Stop::AtMinimum, Some(j))?;
+    fn across(&self, point: Point, j: usize, stop: Stop) -> Option<Point> {
+        let mut best = self.descend(point, stop, Some(j))?;
         for i in (0..self.codes.len()).filter(|&i| self.codes[i].kinked()) {
             let Some(k) = self.place_of_L(i).filter(|&k| k != j) else { continue };
             for _ in 0..8 {
@@ -113,7 +121,7 @@ impl Problem<'_, '_> {
                 };
                 let mut next = best.clone();
                 next.m[i] = other;
-                match self.descend(next, Stop::AtMinimum, Some(j)) {
+                match self.descend(next, stop, Some(j)) {
                     Some(next) if next.cost < best.cost * (1.0 - 1e-12) => best = next,
                     _ => break,
                 }

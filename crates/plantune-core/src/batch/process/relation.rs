@@ -1,8 +1,8 @@
 //! Whether a process fit is more than chance, and whether its record is sampled at a rate that suits it.
 
+use super::RANK_TOLERANCE;
 use super::code::Code;
 use super::problem::{MOST_MOVES, Point, Problem, Stretch};
-use super::RANK_TOLERANCE;
 use crate::error::{Error, Result};
 use crate::linalg::{Triangle, dot, residual_norm2};
 use crate::model::{ProcessModel, sampled};

@@ -11,10 +11,25 @@ pub(super) enum Stop {
     AtBound,
     /// At the least cost inside the cells.
     AtMinimum,
+    /// Where the cost is within this share of it.
+    Within(f64),
 }
+
+/// Cosine between the residual and the Jacobian at a minimum.
+const SLOPE: f64 = 1e-9;
 
 /// Longest step of a logarithm.
 const MOST_LN: f64 = 2.0;
+
+impl Stop {
+    /// Cosine between the residual and the Jacobian that is small enough.
+    fn slope(self) -> f64 {
+        match self {
+            Stop::Within(share) => share.sqrt(),
+            _ => SLOPE,
+        }
+    }
+}
 
 impl Problem<'_, '_> {
     /// The best minimum found from any start.
@@ -72,7 +87,8 @@ impl Problem<'_, '_> {
 
     /// The cell of each delay.
     pub(super) fn cells_of(&self, x: &[f64]) -> Vec<usize> {
-        let cell = |i: usize| self.place_of_L(i).map_or(0, |j| (x[j].floor() as usize).min(*self.cells().end()));
+        let cell =
+            |i: usize| self.place_of_L(i).map_or(0, |j| (x[j].floor() as usize).min(*self.cells().end()));
         (0..self.codes.len()).map(cell).collect()
     }
 
@@ -133,7 +149,7 @@ impl Problem<'_, '_> {
             let slopes = self.projected(&point, &linear)?;
             let local = Local { slopes, x: &point.x, bounds: &bounds, held };
             let (free, slope) = (local.free(), local.slope(cost));
-            if cost <= exact || slope < 1e-9 {
+            if cost <= exact || slope < stop.slope() {
                 point.status = Status::Converged;
                 break;
             }
@@ -159,7 +175,11 @@ impl Problem<'_, '_> {
                 }
                 break;
             };
+            let gained = cost - accepted.1;
             (point, cost, linear) = accepted;
+            if matches!(stop, Stop::Within(share) if damping < 0.1 && gained < 10.0 * share * cost) {
+                break; // steps of Gauss and Newton gain far less each time
+            }
             damping = (damping * 0.1).max(1e-12);
         }
         Some(Point { cost, ..point })

@@ -88,8 +88,8 @@ impl Problem<'_, '_> {
             return vec![Vec::new()];
         }
         let (shortest, longest) = (0.3f64, self.rec.segments().map(|s| s.len()).max().unwrap_or(2) as f64);
-        let times = (0..TIMES)
-            .map(|i| shortest * (longest / shortest).powf(f64::from(i) / f64::from(TIMES - 1)));
+        let times =
+            (0..TIMES).map(|i| shortest * (longest / shortest).powf(f64::from(i) / f64::from(TIMES - 1)));
         let others: &[f64] = if code.times() > 1 { &[0.9, 0.2] } else { &[1.0] };
         let dampings: &[f64] = if code.pair { &[0.2, 0.7] } else { &[1.0] };
         let shape = |T: f64, other: f64, zeta: f64| {

@@ -1,6 +1,6 @@
 //! From the minimum of a process fit to models, intervals and doubts, in the record's units.
 
-use super::super::fit::{Fit, Status};
+use super::super::fit::{Fit, Status, standard_deviations};
 use super::super::orders::too_short;
 use super::super::sampling::sampling;
 use super::RANK_TOLERANCE;
@@ -8,8 +8,8 @@ use super::problem::{DRIFT_ROWS, Linear, Point, Problem, Stretch};
 use super::profile::{Interval, WIDTH};
 use crate::error::Result;
 use crate::linalg::{Solution, congruence, solve};
-use crate::model::ProcessModel;
-use crate::note::{Note, Place};
+use crate::model::{Model, PolyModel, ProcessModel, sampled};
+use crate::note::{Note, Place, rounded};
 
 impl Problem<'_, '_> {
     pub(super) fn fit(&self, best: &Point) -> Result<Fit> {
@@ -24,16 +24,22 @@ impl Problem<'_, '_> {
         let plants = self.plants(best, &linear);
         self.check_colour(&plants)?;
         // Before the solution: of a `T` far below `Ts` nothing is left in the rows.
-        let sampled = self.check_sampling(best, &plants, rss, N - parameters)?;
+        let doubt = self.check_sampling(best, &plants, rss, N - parameters)?;
         let every: Vec<usize> = self.told_apart();
-        let solution = solve(&all, &every, self.parameters(), RANK_TOLERANCE)
-            .map_err(|_| self.no_relation(1.0))?;
+        let solution =
+            solve(&all, &every, self.parameters(), RANK_TOLERANCE).map_err(|_| self.no_relation(1.0))?;
         let s2 = rss / (N - parameters) as f64;
         let mut P = self.covariance(&solution, &every, s2, best, &linear);
         let theta: Vec<f64> = plants.iter().zip(&self.codes).flat_map(|(p, c)| c.theta(p)).collect();
         let intervals = self.intervals(best, &theta, &mut P, N - parameters);
         let digits = vec![15.0 + solution.ratio.log10(); theta.len()];
-        let model = plants[0].clone();
+        let sampled = self.sampled(best, &plants);
+        let model = match (&sampled, plants.as_slice()) {
+            (_, [plant]) => plant.clone().into(),
+            (Some(sampled), _) => Model::Poly(sampled.clone()),
+            (None, _) => return Err(self.no_relation(1.0)),
+        };
+        let inverse = inverse_responses(&self.names(), &theta, &P);
         Fit {
             P,
             names: self.names(),
@@ -43,12 +49,33 @@ impl Problem<'_, '_> {
             loss: rss / N as f64 / self.scale_y.factor.powi(2),
             status: best.status,
             expected_digits: digits,
-            notes: self.notes(&plants, N, best).into_iter().chain(sampled).collect(),
-            model: model.into(),
+            notes: self.notes(&plants, N, best).into_iter().chain(doubt).chain(inverse).collect(),
+            model,
             theta,
             intervals,
+            plants,
+            sampled,
         }
         .finite()
+    }
+
+    /// All inputs and the noise as one difference equation; not needed for one input with white noise.
+    fn sampled(&self, best: &Point, plants: &[ProcessModel]) -> Option<PolyModel> {
+        if plants.len() == 1 && self.noise == (0, 0) {
+            return None;
+        }
+        let of = |plant: &ProcessModel| sampled(&plant.transfer(), self.rec.Ts);
+        let each: Vec<PolyModel> = plants.iter().map(of).collect();
+        let (c, d) = best.x[best.x.len() - self.noise.0 - self.noise.1..].split_at(self.noise.0);
+        Some(PolyModel {
+            A: vec![1.0],
+            B: each.iter().map(|m| m.B[0].clone()).collect(),
+            C: [&[1.0], c].concat(),
+            D: [&[1.0], d].concat(),
+            F: each.iter().map(|m| m.A.clone()).collect(),
+            nk: each.iter().map(|m| m.nk[0]).collect(),
+            Ts: self.rec.Ts,
+        })
     }
 
     /// Columns of the full triangle that data can tell apart: not the delay of a plant without states, whose
@@ -143,8 +170,7 @@ impl Problem<'_, '_> {
         }
         if self.offset {
             let shift = |i: usize| (self.gain_column(i), -self.gain_unit(i) * self.scale_u[i].zero);
-            let mut entries: Vec<_> =
-                (0..self.codes.len()).filter(|&i| self.shifts(i)).map(shift).collect();
+            let mut entries: Vec<_> = (0..self.codes.len()).filter(|&i| self.shifts(i)).map(shift).collect();
             entries.push((self.linear() - 1, self.offset_unit()));
             map.push(row(&entries));
         }
@@ -179,7 +205,9 @@ impl Problem<'_, '_> {
             }
             for (k, j, unit) in delay.into_iter().chain(lag) {
                 let sd = P[k * width + k].sqrt();
-                let Some(Interval { low, high }) = self.profile(best, j, sd / unit, freedom) else { continue };
+                let Some(Interval { low, high }) = self.profile(best, j, sd / unit, freedom) else {
+                    continue;
+                };
                 let ends = if k == L { [low * Ts, high * Ts] } else { [low.exp() * Ts, high.exp() * Ts] };
                 let cut = k == L && (low <= self.bounds.0 || high >= self.bounds.1);
                 let half = if cut {
@@ -249,7 +277,9 @@ impl Problem<'_, '_> {
                     .remedy("give a range of delays: L=(low, high)"),
             );
         }
-        notes.extend(plants.iter().zip(&self.codes).filter(|(_, c)| c.delay).filter_map(|(p, _)| self.at_end(p.L)));
+        notes.extend(
+            plants.iter().zip(&self.codes).filter(|(_, c)| c.delay).filter_map(|(p, _)| self.at_end(p.L)),
+        );
         if self.drifts() {
             notes.push(Note::info("M01", "integrating: K is a slope, there is no steady-state gain"));
         }
@@ -262,6 +292,19 @@ impl Problem<'_, '_> {
         let note = Note::warning("X05", text).at(Place::column("L")).measured(L, end);
         (L >= end - 0.25 * Ts).then(|| note.remedy("search a wider range: L=(low, high)"))
     }
+}
+
+/// A zero clearly to the right: the answer begins against its end (X12).
+fn inverse_responses(names: &[String], theta: &[f64], P: &[f64]) -> Vec<Note> {
+    let sd = standard_deviations(P, theta.len());
+    let all = names.iter().zip(theta).zip(&sd);
+    let right = all.filter(|((name, Tz), sd)| name.starts_with("Tz") && **Tz + WIDTH * **sd < 0.0);
+    right
+        .map(|((name, Tz), _)| {
+            let text = format!("inverse response: {name} = {} s, y begins against its end", rounded(*Tz));
+            Note::info("X12", text).at(Place::column(name))
+        })
+        .collect()
 }
 
 /// Makes the standard deviation of parameter `k` `factor` times as large, correlations as they are.
