@@ -103,7 +103,10 @@ class Fit:
         >>> fit.simulate([0.0, 0.0], Ts=0.02).round(3)
         array([583.451, 583.451])
         """
-        return self._need_model().simulate(u, Ts, x0) + float(self.offset[0])
+        model, offset = self._need_model(), float(self.offset[0])
+        if isinstance(model, ProcessModel) and model.integrating:
+            return model.simulate(np.asarray(u, float) + offset / model.K, Ts, x0)  # the drift
+        return model.simulate(u, Ts, x0) + offset
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
