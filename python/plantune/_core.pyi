@@ -415,7 +415,14 @@ def matrix_arx(
 def pem(rec: Record, orders: object, offset: bool, x0: str, robust: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
-def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
+def process(
+    rec: Record,
+    codes: list[str],
+    noise: str | tuple[int, int],
+    offset: bool,
+    L: Interval | None,
+    limits: Limits,
+) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 
 def srivc(

@@ -23,7 +23,7 @@ def judged(rec, share, estimate, **options):
 
 
 def test_the_wall_is_linear(data):
-    """Wall temperatures to heat flow: errors white and free of both inputs; 85.0 % by the oracle."""
+    """Two temperatures to heat flow, errors white and free of both; 85.0 % by the oracle."""
     wall = np.loadtxt(data("two_layer_wall") / "thermic_res_wall.dat")
     rec = pt.Record(u=wall[:, :2], y=wall[:, 2], Ts=1.0)
     verdict = judged(rec, 0.6, lambda est: pt.estimate.oe(est, 2, 2, 0))
@@ -34,7 +34,7 @@ def test_the_wall_is_linear(data):
     ("column", "nb", "least", "free"), [(5, 2, 75.5, True), (6, 3, 50.0, False)]
 )
 def test_the_winding_tensions_hold_more_than_the_inputs(data, column, nb, least, free):
-    """T1 75.8 %, T3 50.3 % by the oracle; T3 needs more than a linear model of these inputs (V02)."""
+    """T1 75.8, T3 50.3 % by the oracle; T3 needs more than a linear model of these (V02)."""
     winding = np.loadtxt(data("winding") / "winding.dat")
     rec = pt.Record(u=winding[:, :5], y=winding[:, column], Ts=0.1)
     verdict = judged(rec, 0.5, lambda est: pt.estimate.oe(est, nb, 1, 1))

@@ -24,7 +24,7 @@ fn response(model: &Fopdt, u: &[f64], offset: f64) -> Vec<f64> {
 
 fn fitted(u: &[f64], y: &[f64], offset: bool) -> Fit {
     let rec = Record::uniform(u, 1, y, 1, TS).expect("fine");
-    p1d(&rec, &ProcessOptions { offset, L: None }, &Limits::default()).expect("a fit")
+    p1d(&rec, &ProcessOptions { offset, ..ProcessOptions::default() }, &Limits::default()).expect("a fit")
 }
 
 fn assert_is(fit: &Fit, truth: [f64; 3], share: f64) {

@@ -2,10 +2,11 @@
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{
-    self, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations,
+    self, Code, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations,
 };
+use plantune_core::model::Model;
 use plantune_core::sim::Start;
-use plantune_core::{Limits, Record};
+use plantune_core::{Error, Limits, Record};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -18,7 +19,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
-    m.add_function(wrap_pyfunction!(p1d, m)?)?;
+    m.add_function(wrap_pyfunction!(process, m)?)?;
     m.add_function(wrap_pyfunction!(srivc, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
@@ -42,6 +43,9 @@ pub struct FitOut<'py> {
     expected_digits: Array<'py>,
     notes: Vec<NoteOut>,
     rows: Matrix<'py, i64>,
+    intervals: Vec<(String, f64, f64)>,
+    plants: Vec<ModelOut>,
+    sampled: Option<ModelOut>,
 }
 
 pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
@@ -65,6 +69,9 @@ pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<
         notes: notes(&fit.notes),
         model: Some(fit.model.into()),
         rows: matrix(py, rows.concat(), 2)?,
+        intervals: fit.intervals,
+        plants: fit.plants.into_iter().map(|plant| Model::Process(plant).into()).collect(),
+        sampled: fit.sampled.map(|model| Model::Poly(model).into()),
     })
 }
 
@@ -89,6 +96,9 @@ pub fn matrix_fit_out<'py>(py: Python<'py>, fit: MatrixFit, rows: Vec<[i64; 2]>)
         notes: notes(&fit.notes),
         model: Some(ModelOut::Matrix(fit.model.into())),
         rows: matrix(py, rows.concat(), 2)?,
+        intervals: Vec::new(),
+        plants: Vec::new(),
+        sampled: None,
     })
 }
 
@@ -161,16 +171,40 @@ fn pem<'py>(
     })
 }
 
+/// Orders of a noise model, or a word for them.
+#[derive(FromPyObject)]
+enum NoiseIn {
+    Orders((usize, usize)),
+    Named(String),
+}
+
+impl NoiseIn {
+    fn orders(&self, codes: &[Code]) -> plantune_core::Result<(usize, usize)> {
+        match self {
+            NoiseIn::Orders(orders) => Ok(*orders),
+            NoiseIn::Named(name) if name == "white" => Ok((0, 0)),
+            NoiseIn::Named(name) if name == "arma" => Ok(Code::arma(codes)),
+            NoiseIn::Named(name) => {
+                Err(Error::argument("noise", format!("{name:?}"), "\"white\", \"arma\" or a pair (nc, nd)"))
+            }
+        }
+    }
+}
+
 #[pyfunction]
-fn p1d<'py>(
+fn process<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
+    codes: Vec<String>,
+    noise: NoiseIn,
     offset: bool,
     L: Option<(f64, f64)>,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
-    let options = ProcessOptions { offset, L };
-    run(py, &rec, limits, |record, limits| batch::p1d(record, &options, limits))
+    let codes = codes.iter().map(|code| Code::read(code)).collect::<plantune_core::Result<Vec<Code>>>()?;
+    let noise = noise.orders(&codes)?;
+    let options = ProcessOptions { offset, L, noise };
+    run(py, &rec, limits, |record, limits| batch::process(record, &codes, &options, limits))
 }
 
 #[pyfunction]
@@ -213,6 +247,9 @@ fn least_squares<'py>(
         expected_digits: array(py, fit.expected_digits),
         notes: Vec::new(),
         rows: matrix(py, Vec::new(), 2)?,
+        intervals: Vec::new(),
+        plants: Vec::new(),
+        sampled: None,
     })
 }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,6 @@ from plantune.models import (
 from plantune.models.convert import from_core
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record, columns
-
 
 Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermModel
 """What an estimator may find."""
@@ -64,6 +63,12 @@ class Fit:
         First and last original row of each stretch of the record.
     Ts : float or None
         Sample time of the record, seconds; None for a plain least-squares problem.
+    intervals : mapping
+        95 % intervals (low, high) by name, where a profile of the loss gave them.
+    plants : tuple of ProcessModel
+        Of a process fit one per input.
+    sampled : PolyModel or None
+        All inputs and the noise model, where a process fit has several or coloured noise.
 
     Examples
     --------
@@ -97,6 +102,9 @@ class Fit:
     source: str
     rows: NDArray[np.int64]
     Ts: float | None = None
+    intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    plants: tuple[ProcessModel, ...] = ()
+    sampled: PolyModel | None = None
 
     def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
         """Return the output for the input `u`, offset included, the plant at rest before row 0.
@@ -108,7 +116,10 @@ class Fit:
         >>> fit.simulate([0.0, 0.0], Ts=0.02).round(3)
         array([583.451, 583.451])
         """
-        return self._need_model().simulate(u, Ts, x0) + self._level
+        model, level = self._need_model(), self._level
+        if isinstance(model, ProcessModel) and model.integrating:
+            return model.simulate(np.asarray(u, float) + level / model.K, Ts, x0)  # the drift
+        return model.simulate(u, Ts, x0) + level
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -121,7 +132,8 @@ class Fit:
         >>> bool(abs(fit.predict(rec) - rec.y[:, 0])[20:].max() < 1e-6)
         True
         """
-        return self._need_model().predict(rec, horizon, self._level)
+        model = self.sampled or self._need_model()
+        return model.predict(rec, horizon, self._level)
 
     def forecast(self, rec: Record, u_future: ArrayLike, *, parameters: bool = True) -> Forecast:
         """Return what comes after the last row of a record, with its standard deviation.
@@ -199,6 +211,27 @@ class Fit:
         self._need_model()
         return equation(self)
 
+    def interval(self, name: str) -> tuple[float, float]:
+        """Return the 95 % interval of a parameter by its name.
+
+        The two ends of a profile of the loss where there is one (dead times); elsewhere
+        1.96 standard deviations on both sides.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> fit = pt.estimate.process(pt.datasets.engine_loop(noise_var=1.5, seed=1), "P1D")
+        >>> low, high = fit.interval("L")
+        >>> low < fit.model.L < high
+        True
+        """
+        if name not in self.names:
+            raise refusal("U01", f"`name` is {name!r}, must be one of {', '.join(self.names)}")
+        if name in self.intervals:
+            return self.intervals[name]
+        i = self.names.index(name)
+        return float(self.theta[i] - 1.96 * self.sd[i]), float(self.theta[i] + 1.96 * self.sd[i])
+
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
         """What the core draws models from: model, flat covariance, rows, loss, sample time."""
@@ -255,6 +288,9 @@ def fit_from_core(
             **d,
             "model": None if d["model"] is None else from_core(d["model"]),
             "names": tuple(d["names"]),
+            "intervals": {name: (low, high) for name, low, high in d["intervals"]},
+            "plants": tuple(from_core(plant) for plant in d["plants"]),
+            "sampled": None if d["sampled"] is None else from_core(d["sampled"]),
             "notes": (*notes_from_core(d["notes"]), *further, *limits.changes()),
         },
         source="" if rec is None else rec.source,

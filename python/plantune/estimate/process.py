@@ -1,9 +1,10 @@
-"""Process models with a real-valued delay."""
+"""Process models with real-valued delays."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from plantune import _core
-from plantune.errors import refusal
 from plantune.estimate.fit import Fit, fit_from_core
 from plantune.notes import DEFAULT_LIMITS, Limits
 from plantune.record import Record
@@ -11,24 +12,30 @@ from plantune.record import Record
 
 def process(
     rec: Record,
-    code: str = "P1D",
+    code: str | Sequence[str] = "P1D",
     *,
+    noise: str | tuple[int, int] = "white",
     offset: bool = True,
     L: tuple[float, float] | None = None,
     limits: Limits | None = None,
 ) -> Fit:
-    """Fit y = K e^(-L s)/(T s + 1) u + O, the delay a real number.
+    """Fit y = sum K (Tz s + 1) e^(-L s) / (s^i prod (T s + 1)) u + O + v.
 
     Parameters
     ----------
     rec : Record
-        One input, one output; segments and `valid` are honoured.
-    code : "P1D"
-        One pole and a delay.
+        One output; segments and `valid` are honoured.
+    code : str, or one per input
+        `P0` to `P3`, the number of lags, with any of the letters `D` a dead time, `Z` a zero, `I` an
+        integrator, `U` a pair `T^2 s^2 + 2 zeta T s + 1` in place of the first two lags: `P2DU`.
+        One code serves all inputs.
+    noise : "white", "arma" or (nc, nd)
+        White noise on the output, or `v = C/D e` estimated with the plant; "arma" takes as many
+        coefficients as the plant has poles.  Data from a closed loop need it.
     offset : bool
-        Whether `O` is estimated.
+        Whether `O` is estimated; with an integrator it is the drift, in units of y per second.
     L : (low, high), optional
-        Seconds to search for the delay; by default up to a quarter of the longest segment, at
+        Seconds to search for the delays; by default up to a quarter of the longest segment, at
         most 200 samples.
     limits : Limits, optional
         Thresholds.
@@ -36,18 +43,24 @@ def process(
     Returns
     -------
     Fit
-        `theta` is `K, T, L`; `P` their covariance, then the offset's, for white output noise.
+        `theta` is `K, T1 ..., L, Tz, zeta`, the last two where the code has them, `L = 0` where it
+        has no `D`; of several inputs `K[power]` and so on.  `P` their covariance, then the
+        offset's.  `interval("L")` is the profile's.  `model` is a ProcessModel; of several
+        inputs the PolyModel that samples all, their process models in `plants`.
 
     Raises
     ------
     NotIdentifiable
         The input stands still (X01), too few rows (X03), nothing of y follows u (X04), delays
-        beyond a third of the record (X05), `T` clearly below two sample times (M09).
+        beyond a third of the record (X05), `T` of a first order clearly below two sample times
+        (M09).
 
     Notes
     -----
-    Variable projection: gain, offset and the initial state of every segment are solved for
-    linearly, `T` and `L` by Levenberg-Marquardt from several delays.  Source 001, 3.5.6.
+    Variable projection: gains, offset and the states of every segment are solved for linearly;
+    times, damping and dead times by Levenberg-Marquardt from several starts.  The dead time's
+    interval, and that of the `T` of a first order, come from the profile of the loss, which has kinks
+    at whole samples; the others from the delta rule.  Source 001, 3.5.6.
 
     Examples
     --------
@@ -55,8 +68,9 @@ def process(
     >>> fit = pt.estimate.process(pt.datasets.engine_loop(L=0.107), "P1D")
     >>> fit.theta.round(4), fit.offset.round(3)
     (array([-5.939 ,  0.1491,  0.107 ]), array([583.451]))
+    >>> print(pt.estimate.process(pt.datasets.hair_dryer(), "P2D").model)
     """
-    if code != "P1D":
-        raise refusal("U01", f"`code` is {code!r}, must be 'P1D'", remedy="process(rec, 'P1D')")
     limits = limits or rec.limits or DEFAULT_LIMITS
-    return fit_from_core(_core.p1d(rec, offset, L, limits), code, rec, limits)
+    codes = [code] * rec.u.shape[1] if isinstance(code, str) else list(code)
+    fields = _core.process(rec, codes, noise, offset, L, limits)
+    return fit_from_core(fields, " ".join(codes), rec, limits)

@@ -77,8 +77,12 @@ def load_fit(path: str | PathLike[str]) -> Fit:
 
 
 def _field(name: str, value: Any) -> Any:
-    if name == "model":
+    if name in ("model", "sampled"):
         return None if value is None else model_of(value)
+    if name == "plants":
+        return tuple(model_of(plant) for plant in value)
+    if name == "intervals":
+        return {parameter: tuple(ends) for parameter, ends in value.items()}
     if name == "notes":
         return tuple(_note(note) for note in value)
     if name == "names":

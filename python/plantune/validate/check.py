@@ -225,7 +225,7 @@ def check(
 
 
 def _which(rec: Record, model: Any, output: str | None) -> int:
-    """Return the number of the output that is judged; one has to be named where there are several."""
+    """Return the number of the output that is judged; of several one has to be named."""
     if output is None and (rec.ny == 1 or not isinstance(model, MatrixPolyModel)):
         return 0
     if output not in rec.y_names:

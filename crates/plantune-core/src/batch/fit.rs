@@ -1,7 +1,7 @@
 //! What every batch estimator returns, and the criteria computed from its loss.
 
 use crate::error::{Error, Result};
-use crate::model::Model;
+use crate::model::{Model, PolyModel, ProcessModel};
 use crate::note::Note;
 
 /// How an iteration ended.
@@ -51,15 +51,21 @@ pub struct Fit {
     pub expected_digits: Vec<f64>, // (n)
     /// Doubts.
     pub notes: Vec<Note>,
+    /// 95 % intervals of those parameters whose uncertainty is not that of a normal law: name, low, high.
+    pub intervals: Vec<(String, f64, f64)>,
+    /// Process models of the inputs.
+    pub plants: Vec<ProcessModel>,
+    /// Their exact samples with the noise model, where several inputs or coloured noise were fitted.
+    pub sampled: Option<PolyModel>,
 }
 
 impl Fit {
-    /// The fit, if all its numbers are; units far from one can overflow their squares (N02).
+    /// The fit, if all its numbers are (a parameter that is 0 by its structure has no deviation); units far from one can overflow their squares (N02).
     pub fn finite(self) -> Result<Self> {
         let sds = standard_deviations(&self.P, self.theta.len());
         let exact = self.loss == 0.0 || self.N == self.theta.len();
         let fine = self.theta.iter().chain(&self.P).chain([&self.loss, &self.offset]).all(|x| x.is_finite())
-            && (exact || sds.iter().all(|sd| *sd > 0.0));
+            && (exact || sds.iter().zip(&self.theta).all(|(sd, x)| *sd > 0.0 || *x == 0.0));
         if fine {
             return Ok(self);
         }

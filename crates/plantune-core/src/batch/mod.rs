@@ -22,7 +22,7 @@ pub use least_squares::{LinearFit, least_squares};
 pub use matrix_arx::{MatrixFit, matrix_arx};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
-pub use process::{ProcessOptions, p1d};
+pub use process::{Code, ProcessOptions, p1d, process};
 pub use sampling::sampling;
 pub use scores::{Scores, scores};
 pub use srivc::{SrivcOptions, srivc};

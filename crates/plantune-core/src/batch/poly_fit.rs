@@ -55,6 +55,9 @@ impl Scaled<'_> {
             status: Status::Exact,
             expected_digits: Vec::new(),
             notes: Vec::new(),
+            intervals: Vec::new(),
+            plants: Vec::new(),
+            sampled: None,
         };
         let sd = standard_deviations(&fit.P, n);
         let exact = self.rss <= EXACT * self.N as f64;

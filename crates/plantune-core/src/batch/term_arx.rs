@@ -73,6 +73,9 @@ pub fn term_arx(
         loss: solution.rss / regression.y.factor.powi(2) / N as f64,
         status: Status::Exact,
         notes: Vec::new(),
+        intervals: Vec::new(),
+        plants: Vec::new(),
+        sampled: None,
     };
     let sd = standard_deviations(&fit.P, fit.theta.len());
     let exact = solution.rss <= EXACT * N as f64;

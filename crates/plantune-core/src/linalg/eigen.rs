@@ -6,6 +6,9 @@ use super::qr::Triangle;
 
 /// Eigenvalues `(real, imaginary)` of a square matrix, row-major.
 pub fn eigenvalues(a: &[f64], n: usize) -> Vec<(f64, f64)> {
+    if n == 0 {
+        return Vec::new();
+    }
     let a = DMatrix::from_row_slice(n, n, a);
     a.complex_eigenvalues().iter().map(|z| (z.re, z.im)).collect()
 }

@@ -1,6 +1,8 @@
 //! A model run over a record: simulated or predicted output, with the initial state of each
 //! segment, and the offset if asked for, estimated by least squares.
 
+use std::borrow::Cow;
+
 use crate::error::{Error, Result};
 use crate::linalg::{Block, Segmented, Triangle, solve};
 use crate::model::{Model, Response};
@@ -39,7 +41,7 @@ pub fn over_record(
     offset: Option<f64>,
 ) -> Result<OverRecord> {
     check(model, rec, horizon)?;
-    let known = offset.unwrap_or(0.0);
+    let (input, known) = drifting(model, rec, offset.unwrap_or(0.0));
     let history = model.history(rec.Ts);
     let segments: Vec<_> = rec.segments().filter(|s| s.len() > history).collect();
     if segments.is_empty() {
@@ -53,7 +55,7 @@ pub fn over_record(
     let responses: Vec<Response> = segments
         .iter()
         .map(|s| {
-            let u = &rec.u[s.start * rec.nu..s.end * rec.nu];
+            let u = &input[s.start * rec.nu..s.end * rec.nu];
             match horizon {
                 None => simulated_error(model, rec, u, s.start, known),
                 Some(_) => predicted_error(model, rec, u, s.clone(), known, offset.is_none()),
@@ -101,6 +103,17 @@ pub fn over_record(
         }
     }
     Ok(out)
+}
+
+/// The input, and the offset to take from y. Of an integrating process the offset is a drift `d` per second:
+/// the answer to a further input `d / K`.
+fn drifting<'a>(model: &Model, rec: &Record<'a>, offset: f64) -> (Cow<'a, [f64]>, f64) {
+    match model {
+        Model::Process(m) if m.integrating && offset != 0.0 => {
+            (rec.u.iter().map(|u| u + offset / m.K).collect(), 0.0)
+        }
+        _ => (Cow::Borrowed(rec.u), offset),
+    }
 }
 
 fn check(model: &Model, rec: &Record, horizon: Option<usize>) -> Result<()> {

@@ -1,9 +1,13 @@
-//! The data of a process fit, the rows that count, and the rows of its regressions at a point.
+//! The data of a process fit, the rows that count, and the columns of its regressions at a point.
 
-use std::ops::{Range, RangeInclusive};
+use std::borrow::Cow;
+use std::ops::Range;
 
 use super::super::fit::Status;
 use super::super::orders::too_short;
+use super::chain::{Chain, Drive, MOST};
+use super::code::Code;
+use super::noise::Noise;
 use super::{ProcessOptions, RANK_TOLERANCE};
 use crate::error::Result;
 use crate::limits::Limits;
@@ -16,9 +20,6 @@ pub(super) const MOST_MOVES: usize = 6;
 /// Share of the segment over which the input must be held at first.
 const LEAST_REST: f64 = 0.015;
 
-/// What is left of a segment's start when nothing is.
-const FORGOTTEN: f64 = 1e-200;
-
 /// Share of the output's travel that it may drift before the first move and still be at rest.
 const DRIFT: f64 = 0.05;
 
@@ -26,15 +27,16 @@ const DRIFT: f64 = 0.05;
 pub(super) struct Problem<'r, 'a> {
     pub(super) rec: &'r Record<'a>,
     pub(super) limits: &'r Limits,
+    pub(super) codes: Vec<Code>,
+    /// Orders of `C` and `D`.
+    pub(super) noise: (usize, usize),
     pub(super) offset: bool,
-    pub(super) u: Vec<f64>,
+    pub(super) u: Vec<Vec<f64>>,
     pub(super) y: Vec<f64>,
-    pub(super) scale_u: Scale,
+    pub(super) scale_u: Vec<Scale>,
     pub(super) scale_y: Scale,
     pub(super) stretches: Vec<Stretch>,
-    /// Delay cells allowed, in whole samples.
-    pub(super) cells: RangeInclusive<usize>,
-    /// Bounds of the delay, s.
+    /// Bounds of the delay, samples.
     pub(super) bounds: (f64, f64),
 }
 
@@ -53,69 +55,95 @@ impl Stretch {
     }
 }
 
-fn moves(u: &[f64]) -> usize {
-    u.windows(2).filter(|w| w[0] != w[1]).count()
-}
-
-/// Whether a segment looks like a step test that begins at rest: the input moves a few times only, and
-/// before its first move the output has not gone anywhere.
-fn starts_at_rest(u: &[f64], y: &[f64], rows: &Range<usize>) -> bool {
-    let (u, y) = (&u[rows.clone()], &y[rows.clone()]);
-    let held = u.iter().take_while(|&&x| x == u[0]).count();
-    if moves(u) > MOST_MOVES || held == u.len() || (held as f64) < LEAST_REST * u.len() as f64 {
-        return false;
-    }
-    let (low, high) = extent(y);
-    (y[held - 1] - y[0]).abs() <= DRIFT * (high - low)
-}
-
-/// A point of the search: `L = m Ts + f`.
-#[derive(Clone, Copy, Debug)]
+/// A point of the search.
+#[derive(Clone, Debug)]
 pub(super) struct Point {
-    pub(super) ln_T: f64,
-    pub(super) m: usize,
-    pub(super) f: f64,
+    /// `ln T …, ln zeta, L` of each input, time in samples, then `c …, d …`.
+    pub(super) x: Vec<f64>,
+    /// Cell of each input's delay, `m <= L <= m + 1`.
+    pub(super) m: Vec<usize>,
     /// Rows of each segment that are history only.
     pub(super) history: usize,
     pub(super) cost: f64,
     pub(super) status: Status,
 }
 
+/// What follows linearly at a point: `[K, K Tz, …, O]`, and the free states of each segment.
+pub(super) struct Linear {
+    pub(super) theta: Vec<f64>,
+    pub(super) x0: Vec<Vec<f64>>,
+    /// Columns `[free states | responses and their slopes, 1 or t]` of each segment.
+    columns: Vec<Vec<Vec<f64>>>,
+}
+
+fn moves(u: &[Vec<f64>], rows: &Range<usize>) -> usize {
+    (rows.start + 1..rows.end).filter(|&k| u.iter().any(|u| u[k] != u[k - 1])).count()
+}
+
+/// Whether a segment looks like a step test that begins at rest: the inputs move a few times only, and
+/// before their first move the output has not gone anywhere.
+fn starts_at_rest(u: &[Vec<f64>], y: &[f64], rows: &Range<usize>, moves: usize) -> bool {
+    let y = &y[rows.clone()];
+    let held = rows.clone().take_while(|&k| u.iter().all(|u| u[k] == u[rows.start])).count();
+    if moves > MOST_MOVES || held == y.len() || (held as f64) < LEAST_REST * y.len() as f64 {
+        return false;
+    }
+    let (low, high) = extent(y);
+    (y[held - 1] - y[0]).abs() <= DRIFT * (high - low)
+}
+
 impl<'r, 'a> Problem<'r, 'a> {
-    pub(super) fn new(rec: &'r Record<'a>, options: &ProcessOptions, limits: &'r Limits) -> Result<Self> {
-        let scale_u = Scale::of(rec.u, options.offset);
+    pub(super) fn new(
+        rec: &'r Record<'a>,
+        codes: &[Code],
+        options: &ProcessOptions,
+        limits: &'r Limits,
+    ) -> Result<Self> {
+        let scale_u: Vec<Scale> = (0..rec.nu).map(|i| Scale::of(&rec.input(i), options.offset)).collect();
         let y = rec.output_held(0);
         let scale_y = Scale::of(&y, options.offset);
         let span = rec.segments().map(|s| s.len()).max().unwrap_or(0);
-        let default = (span as f64 / 4.0).min(200.0) * rec.Ts;
-        let bounds = options.L.unwrap_or((0.0, default));
-        let cell = |L: f64| (L / rec.Ts + 1e-9).floor() as usize;
-        let stretches = rec
-            .segments()
-            .map(|rows| Stretch {
-                at_rest: starts_at_rest(rec.u, &y, &rows),
-                moves: moves(&rec.u[rows.clone()]),
-                rows,
-            })
-            .collect();
+        let default = (0.0, (span as f64 / 4.0).min(200.0));
+        let bounds = options.L.map_or(default, |(low, high)| (low / rec.Ts, high / rec.Ts));
+        let scaled = |(i, scale): (usize, &Scale)| rec.input(i).iter().map(|&x| scale.apply(x)).collect();
+        let u: Vec<Vec<f64>> = scale_u.iter().enumerate().map(scaled).collect();
+        let rests = options.offset || !codes.iter().any(|c| c.integrating);
+        let stretch = |rows: Range<usize>| {
+            let moves = moves(&u, &rows);
+            Stretch { at_rest: rests && starts_at_rest(&u, &y, &rows, moves), moves, rows }
+        };
+        // A noise model needs the errors of all rows before.
+        let whole = options.noise == (0, 0) || rec.valid.is_none();
+        let stretches = if whole {
+            rec.segments().map(stretch).collect()
+        } else {
+            rec.runs(0, 0, 0).into_iter().map(stretch).collect()
+        };
         let problem = Problem {
             rec,
             stretches,
             limits,
+            codes: codes.to_vec(),
+            noise: (0, 0),
             offset: options.offset,
-            u: rec.u.iter().map(|&x| scale_u.apply(x)).collect(),
             y: y.iter().map(|&x| scale_y.apply(x)).collect(),
+            u,
             scale_u,
             scale_y,
-            cells: cell(bounds.0)..=cell(bounds.1),
             bounds,
         };
-        let rows = problem.rows(problem.cells.start() + 1);
-        let needed = 3 + usize::from(options.offset) + problem.rec.starts.len();
+        let rows = problem.rows(problem.cells().start() + 1);
+        let needed = problem.parameters() + problem.locals() * problem.rec.starts.len();
         if rows <= needed {
             return Err(too_short(rows, needed));
         }
         Ok(problem)
+    }
+
+    /// Delay cells allowed.
+    pub(super) fn cells(&self) -> std::ops::RangeInclusive<usize> {
+        let cell = |L: f64| (L + 1e-9).floor() as usize;
+        cell(self.bounds.0)..=cell(self.bounds.1)
     }
 
     /// Segments long enough to count when `history` rows are given away.
@@ -131,46 +159,216 @@ impl<'r, 'a> Problem<'r, 'a> {
             .count()
     }
 
-    /// Number of columns shared by all segments: gain, and offset if estimated.
+    /// Number of columns shared by all segments: gains, and offset if estimated.
     pub(super) fn linear(&self) -> usize {
-        1 + usize::from(self.offset)
+        self.codes.iter().map(Code::linear).sum::<usize>() + usize::from(self.offset)
     }
 
-    /// Cost and linear parameters `[K, O]` with the initial states at a point.
+    /// Number of coordinates of a point.
+    pub(super) fn nonlinear(&self) -> usize {
+        self.codes.iter().map(Code::nonlinear).sum::<usize>() + self.noise.0 + self.noise.1
+    }
+
+    /// All but the states.
+    pub(super) fn parameters(&self) -> usize {
+        self.linear() + self.nonlinear()
+    }
+
+    /// States of each segment.
+    pub(super) fn locals(&self) -> usize {
+        self.codes.iter().map(Code::states).sum()
+    }
+
+    /// States that are free in all segments together.
+    pub(super) fn free_states(&self, history: usize) -> usize {
+        let integrators = self.codes.iter().filter(|c| c.integrating).count();
+        self.stretches(history).map(|s| if s.at_rest { integrators } else { self.locals() }).sum()
+    }
+
+    /// Whether the offset is a drift.
+    pub(super) fn drifts(&self) -> bool {
+        self.codes.iter().any(|c| c.integrating)
+    }
+
+    /// Coordinates of input `i` in a point.
+    pub(super) fn own(&self, i: usize) -> Range<usize> {
+        let start = self.codes[..i].iter().map(Code::nonlinear).sum();
+        start..start + self.codes[i].nonlinear()
+    }
+
+    /// Where the delay of input `i` stands in a point.
+    pub(super) fn place_of_L(&self, i: usize) -> Option<usize> {
+        self.codes[i].delay.then(|| self.own(i).end - 1)
+    }
+
+    /// Nonlinear parameters of input `i` at a point, in samples.
+    pub(super) fn natural(&self, point: &Point, i: usize) -> Vec<f64> {
+        let last = self.place_of_L(i);
+        self.own(i).map(|j| if Some(j) == last { point.x[j] } else { point.x[j].exp() }).collect()
+    }
+
+    fn chains(&self, point: &Point, slopes: bool) -> Vec<Chain> {
+        let chain = |i: usize| Chain::new(self.codes[i], &self.natural(point, i), point.m[i], slopes);
+        (0..self.codes.len()).map(chain).collect()
+    }
+
+    fn noise_at(&self, point: &Point) -> Option<Noise> {
+        Noise::new(&point.x[point.x.len() - self.noise.0 - self.noise.1..], self.noise)
+    }
+
+    /// Cost and what follows linearly at a point.
     pub(super) fn evaluate(&self, point: &Point) -> Option<(f64, Linear)> {
-        let mut problem = Segmented::new(1, self.linear());
-        let shape = Shape::new(point, self.rec.Ts);
+        let (chains, noise) = (self.chains(point, false), self.noise_at(point)?);
+        let mut problem = Segmented::new(self.locals(), self.linear());
+        let mut columns = Vec::new();
         for s in self.stretches(point.history) {
-            problem.push(self.segment(s, point, &shape, None));
+            let own = self.regressors(s, point.history, &chains);
+            let white =
+                noise.whitened(own.iter().map(Vec::as_slice).chain([self.measured(s, point.history)]));
+            problem.push(self.triangle(s, point.history, &white));
+            columns.push(own);
         }
-        let columns: Vec<usize> = (0..self.linear()).collect();
-        let solution = solve(problem.common(), &columns, self.linear(), RANK_TOLERANCE).ok()?;
+        let every: Vec<usize> = (0..self.linear()).collect();
+        let solution = solve(problem.common(), &every, self.linear(), RANK_TOLERANCE).ok()?;
         let x0 = problem.locals(&solution.theta);
-        Some((solution.rss, Linear { theta: solution.theta, x0 }))
+        solution.rss.is_finite().then_some((solution.rss, Linear { theta: solution.theta, x0, columns }))
+    }
+
+    /// Triangle of `[K, K Tz, …, O | ln T …, ln zeta, L, …, c, d | y]` over all segments, states eliminated.
+    pub(super) fn full(&self, point: &Point, linear: &Linear) -> Option<Triangle> {
+        let (chains, noise) = (self.chains(point, true), self.noise_at(point)?);
+        let mut problem = Segmented::new(self.locals(), self.parameters());
+        for ((s, x0), own) in self.stretches(point.history).zip(&linear.x0).zip(&linear.columns) {
+            let y = self.measured(s, point.history);
+            let slopes = self.derivatives(s, point.history, &chains, linear, x0);
+            let mut white = noise.whitened(own.iter().chain(&slopes).map(Vec::as_slice));
+            if !noise.is_white() {
+                white.extend(noise.derivatives(&errors(own, y, linear, x0)).into_iter().map(Cow::Owned));
+            }
+            white.extend(noise.whitened([y].into_iter()));
+            problem.push(self.triangle(s, point.history, &white));
+        }
+        Some(problem.common().clone())
+    }
+
+    /// Errors of each stretch at a point, before the noise model.
+    pub(super) fn residuals(&self, point: &Point) -> Option<Vec<Vec<f64>>> {
+        let (_, linear) = self.evaluate(point)?;
+        let of = |((s, x0), own): ((&Stretch, &Vec<f64>), &Vec<Vec<f64>>)| {
+            errors(own, self.measured(s, point.history), &linear, x0)
+        };
+        Some(self.stretches(point.history).zip(&linear.x0).zip(&linear.columns).map(of).collect())
+    }
+
+    fn measured(&self, s: &Stretch, history: usize) -> &[f64] {
+        &self.y[s.first(history)..s.rows.end]
+    }
+
+    /// Columns `[free states | responses and their slopes, 1 or t]` of one segment.
+    fn regressors(&self, s: &Stretch, history: usize, chains: &[Chain]) -> Vec<Vec<f64>> {
+        let first = s.first(history) - s.rows.start;
+        let len = s.rows.len() - first;
+        let (mut free, mut forced) = (Vec::new(), Vec::new());
+        for (chain, u) in chains.iter().zip(&self.u) {
+            let drive = Drive { u: &u[s.rows.clone()], first, gain: 1.0 };
+            for j in 0..chain.n() {
+                let mut column = vec![0.0; len];
+                if !s.at_rest || (chain.code.integrating && j + 1 == chain.n()) {
+                    let mut x0 = [0.0; MOST];
+                    x0[j] = 1.0;
+                    chain.decay(x0, &mut column);
+                }
+                free.push(column);
+            }
+            let (mut response, mut slope) =
+                (vec![0.0; len], vec![0.0; if chain.code.zero { len } else { 0 }]);
+            let x0 = if s.at_rest { chain.rest(drive.u[0]) } else { [0.0; MOST] };
+            chain.response(drive, x0, &mut response, &mut slope);
+            forced.push(response);
+            if chain.code.zero {
+                forced.push(slope);
+            }
+        }
+        if self.offset {
+            let level = |k: usize| if self.drifts() { (first + k) as f64 / DRIFT_ROWS } else { 1.0 };
+            forced.push((0..len).map(level).collect());
+        }
+        free.into_iter().chain(forced).collect()
+    }
+
+    /// Derivatives of the output by the coordinates of each input.
+    fn derivatives(
+        &self,
+        s: &Stretch,
+        history: usize,
+        chains: &[Chain],
+        linear: &Linear,
+        x0: &[f64],
+    ) -> Vec<Vec<f64>> {
+        let first = s.first(history) - s.rows.start;
+        let len = s.rows.len() - first;
+        let mut all = Vec::new();
+        let (mut gains, mut states) = (linear.theta.as_slice(), x0);
+        for (chain, u) in chains.iter().zip(&self.u) {
+            let (own, rest) = gains.split_at(chain.code.linear());
+            let (free, others) = states.split_at(chain.n());
+            (gains, states) = (rest, others);
+            let drive = Drive { u: &u[s.rows.clone()], first, gain: own[0] };
+            let mut columns = vec![vec![0.0; len]; chain.slopes.len()];
+            let mut begin = if s.at_rest { chain.rest(own[0] * drive.u[0]) } else { [0.0; MOST] };
+            begin.iter_mut().zip(free).for_each(|(x, free)| *x += free);
+            chain.run(drive, begin, |k, _, slopes| {
+                columns.iter_mut().zip(slopes).for_each(|(column, y)| column[k - first] = y.0);
+            });
+            if let Some(&gain) = own.get(1) {
+                let begin = if s.at_rest { chain.rest(gain * drive.u[0]) } else { [0.0; MOST] };
+                chain.run(Drive { gain, ..drive }, begin, |k, _, slopes| {
+                    columns.iter_mut().zip(slopes).for_each(|(column, y)| column[k - first] += y.1);
+                });
+            }
+            all.append(&mut columns);
+        }
+        all
+    }
+
+    /// Triangle of the columns' valid rows.
+    fn triangle(&self, s: &Stretch, history: usize, columns: &[Cow<'_, [f64]>]) -> Triangle {
+        let (mut triangle, mut block) = (Triangle::new(columns.len()), Block::new(columns.len()));
+        let first = s.first(history);
+        let (mut k, end) = (first, s.rows.end);
+        while k < end {
+            // A run of valid rows, as far as the block has room.
+            let run = (k..end.min(k + block.free())).take_while(|&k| self.rec.is_valid(k, 0)).count();
+            if run == 0 {
+                k += 1;
+                continue;
+            }
+            for (j, column) in columns.iter().enumerate() {
+                block.next_rows(j, run).copy_from_slice(&column[k - first..][..run]);
+            }
+            block.grow(run);
+            k += run;
+        }
+        triangle.absorb(&mut block);
+        triangle
     }
 
     /// Whether the rows that count only because their segment is taken as at rest speak against it: their
     /// mean squared error is more than twice that of all rows.
     pub(super) fn contradicts_rest(&self, point: &Point) -> bool {
-        let Some((cost, linear)) = self.evaluate(point) else { return false };
-        let shape = Shape::new(point, self.rec.Ts);
-        let offset = linear.theta.get(1).copied().unwrap_or(0.0);
+        let (Some((cost, _)), Some(errors)) = (self.evaluate(point), self.residuals(point)) else {
+            return false;
+        };
         let (mut sum, mut count) = (0.0, 0);
-        for s in self.stretches(point.history).filter(|s| s.at_rest) {
-            let u = &self.u[s.rows.clone()];
-            let mut state = ShapeState::at_rest(u[0]);
-            for k in 0..point.history {
-                if k > 0 {
-                    state.advance(&shape, u[k.saturating_sub(point.m + 1)], u[k.saturating_sub(point.m + 2)]);
-                }
-                if self.rec.is_valid(s.rows.start + k, 0) {
-                    sum += (self.y[s.rows.start + k] - linear.theta[0] * state.xi - offset).powi(2);
-                    count += 1;
-                }
+        for (s, e) in self.stretches(point.history).zip(&errors).filter(|(s, _)| s.at_rest) {
+            let given = (0..point.history).filter(|k| self.rec.is_valid(s.rows.start + k, 0));
+            for k in given {
+                sum += e[k] * e[k];
+                count += 1;
             }
         }
         let exact = 1e-20 * dot(&self.y, &self.y);
-        sum > exact && sum / count as f64 > 2.0 * cost / self.rows(point.history) as f64
+        sum > exact && sum / f64::from(count) > 2.0 * cost / self.rows(point.history) as f64
     }
 
     /// Takes no segment as at rest.
@@ -178,120 +376,16 @@ impl<'r, 'a> Problem<'r, 'a> {
         self.stretches.iter_mut().for_each(|s| s.at_rest = false);
         self
     }
-
-    /// Triangle of `[K, O | lnT, L | y]` over all segments at a point, initial states eliminated.
-    pub(super) fn full(&self, point: &Point, linear: &Linear) -> Triangle {
-        let mut problem = Segmented::new(1, self.linear() + 2);
-        let shape = Shape::new(point, self.rec.Ts);
-        for (s, x0) in self.stretches(point.history).zip(&linear.x0) {
-            problem.push(self.segment(s, point, &shape, Some((linear.theta[0], x0[0]))));
-        }
-        problem.common().clone()
-    }
-
-    /// Triangle of one segment's rows `[a^k | xi, 1 | dyhat/dlnT, dyhat/d(L/Ts) | y]`; the
-    /// derivatives only where gain and initial state are given.
-    fn segment(&self, s: &Stretch, point: &Point, shape: &Shape, at: Option<(f64, f64)>) -> Triangle {
-        let n = 1 + self.linear() + if at.is_some() { 2 } else { 0 } + 1;
-        let (mut triangle, mut block) = (Triangle::new(n), Block::new(n));
-        let mut row = [0.0; 6];
-        let u = &self.u[s.rows.clone()];
-        let first = s.first(point.history) - s.rows.start;
-        let mut state = if s.at_rest { ShapeState::at_rest(u[0]) } else { ShapeState::free() };
-        for k in first..u.len() {
-            if k > first {
-                // Rows before the segment are asked for only at rest, where the input was held.
-                let (newer, older) = (k.saturating_sub(point.m + 1), k.saturating_sub(point.m + 2));
-                state.advance(shape, u[newer], u[older]);
-            }
-            if !self.rec.is_valid(s.rows.start + k, 0) {
-                continue;
-            }
-            let mut j = 0;
-            let mut put = |x: f64| {
-                row[j] = x;
-                j += 1;
-            };
-            put(state.decay);
-            put(state.xi);
-            if self.offset {
-                put(1.0);
-            }
-            if let Some((K, x0)) = at {
-                put(K * state.xi_ln_T + x0 * state.decay_ln_T);
-                put(K * state.xi_L);
-            }
-            put(self.y[s.rows.start + k]);
-            block.push(&row[..n]);
-        }
-        triangle.absorb(&mut block);
-        triangle
-    }
 }
 
-pub(super) struct Linear {
-    pub(super) theta: Vec<f64>,
-    pub(super) x0: Vec<Vec<f64>>,
-}
-
-/// Coefficients of the unit-gain recursion at a point, with their derivatives.
-struct Shape {
-    a: f64,
-    b1: f64,
-    b2: f64,
-    a_ln_T: f64,
-    b1_ln_T: f64,
-    b2_ln_T: f64,
-    /// d b1 / d(L/Ts) = -d b2 / d(L/Ts).
-    b1_L: f64,
-}
-
-impl Shape {
-    fn new(point: &Point, Ts: f64) -> Self {
-        let T = point.ln_T.exp();
-        let a = (-Ts / T).exp();
-        let g = (-(Ts - point.f) / T).exp();
-        let (a_ln_T, g_ln_T) = (a * Ts / T, g * (Ts - point.f) / T);
-        Shape {
-            a,
-            b1: -(-(Ts - point.f) / T).exp_m1(),
-            b2: -g * (-point.f / T).exp_m1(),
-            a_ln_T,
-            b1_ln_T: -g_ln_T,
-            b2_ln_T: g_ln_T - a_ln_T,
-            b1_L: -g * Ts / T,
-        }
+/// `y - X [x0, theta]` of one segment.
+fn errors(columns: &[Vec<f64>], y: &[f64], linear: &Linear, x0: &[f64]) -> Vec<f64> {
+    let mut errors = y.to_vec();
+    for (column, factor) in columns.iter().zip(x0.iter().chain(&linear.theta)) {
+        errors.iter_mut().zip(column).for_each(|(e, x)| *e -= factor * x);
     }
+    errors
 }
 
-/// State of the recursion and of its derivatives, from rest at the first residual row.
-struct ShapeState {
-    xi: f64,
-    xi_ln_T: f64,
-    xi_L: f64,
-    decay: f64,
-    decay_ln_T: f64,
-}
-
-impl ShapeState {
-    /// The state is a parameter of its own: the response counts from zero.
-    fn free() -> Self {
-        ShapeState { xi: 0.0, xi_ln_T: 0.0, xi_L: 0.0, decay: 1.0, decay_ln_T: 0.0 }
-    }
-
-    /// In equilibrium with the held input.
-    fn at_rest(u: f64) -> Self {
-        ShapeState { xi: u, decay: 0.0, ..ShapeState::free() }
-    }
-
-    fn advance(&mut self, c: &Shape, newer: f64, older: f64) {
-        self.xi_ln_T = c.a * self.xi_ln_T + c.a_ln_T * self.xi + c.b1_ln_T * newer + c.b2_ln_T * older;
-        self.xi_L = c.a * self.xi_L + c.b1_L * (newer - older);
-        self.xi = c.a * self.xi + c.b1 * newer + c.b2 * older;
-        self.decay_ln_T = c.a * self.decay_ln_T + c.a_ln_T * self.decay;
-        self.decay *= c.a;
-        if self.decay <= FORGOTTEN {
-            (self.decay, self.decay_ln_T) = (0.0, 0.0); // numbers next to zero would cost much time
-        }
-    }
-}
+/// Rows in which a drift of one grows to one.
+pub(super) const DRIFT_ROWS: f64 = 100.0;

@@ -1,163 +1,260 @@
-//! Downhill in `ln T` and `L`, one delay sample at a time.
+//! Downhill in `ln T`, `ln zeta` and `L`, one delay sample at a time where the cost has kinks.
 
 use super::super::fit::Status;
 use super::problem::{Linear, Point, Problem};
-use crate::linalg::dot;
+use crate::linalg::{Triangle, dot, solve_damped};
 
 /// Where a descent may end.
 #[derive(Clone, Copy, PartialEq)]
-enum Stop {
-    /// As soon as downhill leads out of the cell.
+pub(super) enum Stop {
+    /// As soon as downhill leads out of a cell.
     AtBound,
-    /// At the least cost inside the cell.
+    /// At the least cost inside the cells.
     AtMinimum,
+    /// Where the cost is within this share of it.
+    Within(f64),
+}
+
+/// Cosine between the residual and the Jacobian at a minimum.
+const SLOPE: f64 = 1e-9;
+
+/// Longest step of a logarithm.
+const MOST_LN: f64 = 2.0;
+
+impl Stop {
+    /// Cosine between the residual and the Jacobian that is small enough.
+    fn slope(self) -> f64 {
+        match self {
+            Stop::Within(share) => share.sqrt(),
+            _ => SLOPE,
+        }
+    }
 }
 
 impl Problem<'_, '_> {
-    /// From cell to cell downhill, until the minimum lies inside a cell or at a kink.
-    fn search(&self, T: f64, m: usize) -> Option<Point> {
-        let Ts = self.rec.Ts;
-        let reach = *self.cells.end();
-        let room = |m: usize| (m + 2).min(reach) + 1;
-        let (history, status) = (room(m), Status::NotConverged);
-        let start = Point { ln_T: T.ln(), m, f: 0.5 * Ts, history, cost: f64::NAN, status };
-        let mut best = self.descend(start, Stop::AtBound)?;
-        loop {
-            let next = if best.f <= 0.0 && best.m > *self.cells.start() {
-                Point { m: best.m - 1, f: Ts, ..best }
-            } else if best.f >= Ts && best.m < reach {
-                Point { m: best.m + 1, f: 0.0, ..best }
-            } else {
-                break;
-            };
-            // Costs compare between cells as long as both leave the same rows.
-            let history = if next.m + 1 > best.history { room(next.m) } else { best.history };
-            let point = self.descend(Point { history, ..next }, Stop::AtBound)?;
-            if history == best.history && point.cost >= best.cost * (1.0 - 1e-12) {
-                break;
-            }
-            best = point;
-        }
-        self.descend(best, Stop::AtMinimum)
-    }
-
     /// The best minimum found from any start.
     pub(super) fn minimum(&self) -> Option<Point> {
-        let minima: Vec<Point> = self.starts().into_iter().filter_map(|(T, m)| self.search(T, m)).collect();
-        self.best(&minima)
+        let minima: Vec<Point> = self.starts().into_iter().filter_map(|x| self.search(x)).collect();
+        let best = self.best(&minima)?;
+        // On its way down in delay a search gives away rows that its end does not need.
+        let again = self.search(best.x.clone());
+        again.or(Some(best))
     }
 
     /// The best of several minima, judged on the rows that all of them leave.
     fn best(&self, points: &[Point]) -> Option<Point> {
         let history = points.iter().map(|p| p.history).max()?;
-        let cost =
-            |p: &Point| self.evaluate(&Point { history, ..*p }).map_or(f64::INFINITY, |(cost, _)| cost);
-        let best = points.iter().map(|p| (cost(p), *p)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p)?;
-        // On its way down in delay a search gives away rows that its end does not need.
-        self.search(best.ln_T.exp(), best.m).or(Some(best))
+        let cost = |p: &Point| {
+            self.evaluate(&Point { history, ..p.clone() }).map_or(f64::INFINITY, |(cost, _)| cost)
+        };
+        points.iter().map(|p| (cost(p), p)).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, p)| p.clone())
     }
 
-    /// Levenberg-Marquardt in `(ln T, f)` inside one cell, `0 <= f <= Ts`.
-    fn descend(&self, start: Point, stop: Stop) -> Option<Point> {
-        let Ts = self.rec.Ts;
-        let (low, high) = (self.bounds.0 - start.m as f64 * Ts, self.bounds.1 - start.m as f64 * Ts);
-        let (low, high) = (low.max(0.0), high.min(Ts).max(low.max(0.0)));
-        let ln_T_bounds = ((0.02 * Ts).ln(), (100.0 * Ts * self.y.len() as f64).ln());
-        let mut point = Point { f: start.f.clamp(low, high), ..start };
+    /// From cell to cell downhill, until the minimum lies inside the cells or at kinks.
+    pub(super) fn search(&self, x: Vec<f64>) -> Option<Point> {
+        let m = self.cells_of(&x);
+        let history = self.room(&m);
+        let start = Point { x, m, history, cost: f64::NAN, status: Status::NotConverged };
+        let mut best = self.descend(start, Stop::AtBound, None)?;
+        while let Some(next) = self.beyond(&best) {
+            best = next;
+        }
+        self.descend(best, Stop::AtMinimum, None)
+    }
+
+    /// A lower point on the other side of a bound on which a delay lies.
+    fn beyond(&self, best: &Point) -> Option<Point> {
+        let across = |i: usize| {
+            let (L, m) = (best.x[self.place_of_L(i)?], best.m[i]);
+            let mut cells = best.m.clone();
+            if self.codes[i].kinked() {
+                cells[i] = match L - m as f64 {
+                    ..=0.0 if m > *self.cells().start() => m - 1,
+                    1.0.. if m < *self.cells().end() => m + 1,
+                    _ => return None,
+                };
+            } else if L < best.history as f64 - 1.0 || best.history > *self.cells().end() {
+                return None;
+            }
+            // Costs compare between cells as long as both leave the same rows.
+            let history = if cells[i] + 1 >= best.history { self.room(&cells) } else { best.history };
+            let point = Point { m: cells, history, ..best.clone() };
+            let next = self.descend(point, Stop::AtBound, None)?;
+            (history != best.history || next.cost < best.cost * (1.0 - 1e-12)).then_some(next)
+        };
+        (0..self.codes.len()).find_map(across)
+    }
+
+    /// The cell of each delay.
+    pub(super) fn cells_of(&self, x: &[f64]) -> Vec<usize> {
+        let cell =
+            |i: usize| self.place_of_L(i).map_or(0, |j| (x[j].floor() as usize).min(*self.cells().end()));
+        (0..self.codes.len()).map(cell).collect()
+    }
+
+    /// Rows given away so that the delays have room to grow.
+    fn room(&self, m: &[usize]) -> usize {
+        let most = m.iter().max().copied().unwrap_or(0);
+        let smooth = self.codes.iter().any(|c| c.delay && !c.kinked());
+        let further = if smooth { 5 + most / 4 } else { 2 };
+        (most + further).min(*self.cells().end()) + 1
+    }
+
+    /// Bounds of the coordinates, the delays within their cells where the cost has kinks.
+    fn bounds_at(&self, point: &Point) -> Vec<(f64, f64)> {
+        let mut bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); point.x.len()];
+        for (i, code) in self.codes.iter().enumerate() {
+            let own = self.own(i);
+            bounds[own.clone()].fill((0.02f64.ln(), (100.0 * self.y.len() as f64).ln()));
+            if code.pair {
+                bounds[own.start + code.times()] = (1e-3f64.ln(), 1e2f64.ln());
+            }
+            if let Some(j) = self.place_of_L(i) {
+                let cell = point.m[i] as f64;
+                bounds[j] = match code {
+                    _ if code.states() == 0 => (cell, cell),
+                    _ if code.kinked() => (cell.max(self.bounds.0), (cell + 1.0).min(self.bounds.1)),
+                    _ => (self.bounds.0, self.bounds.1.min(point.history as f64 - 1.0)),
+                };
+                bounds[j].1 = bounds[j].1.max(bounds[j].0);
+            }
+        }
+        bounds
+    }
+
+    /// A point within bounds, delays without kinks in the cells where they lie.
+    fn settled(&self, mut point: Point, bounds: &[(f64, f64)], held: Option<usize>) -> Point {
+        for (j, (x, (low, high))) in point.x.iter_mut().zip(bounds).enumerate() {
+            if held != Some(j) {
+                *x = x.clamp(*low, *high);
+            }
+        }
+        for (i, m) in self.cells_of(&point.x).into_iter().enumerate() {
+            if !self.codes[i].kinked() {
+                point.m[i] = m;
+            }
+        }
+        point
+    }
+
+    /// Levenberg-Marquardt within bounds, coordinate `held` fixed.
+    pub(super) fn descend(&self, start: Point, stop: Stop, held: Option<usize>) -> Option<Point> {
+        let bounds = self.bounds_at(&start);
+        let mut point = self.settled(start, &bounds, held);
         let (mut cost, mut linear) = self.evaluate(&point)?;
-        let exact = 1e-26 * dot(&self.y, &self.y);
+        // An integrator sums the rounding of all rows.
+        let exact = if self.drifts() { 1e-22 } else { 1e-26 } * dot(&self.y, &self.y);
         let mut damping = 1e-3;
+        point.status = Status::NotConverged;
         for _ in 0..60 {
-            let gauss_newton = self.jacobian(&point, &linear)?;
-            if cost <= exact || gauss_newton.slope(point.f, low, high, cost) < 1e-9 {
+            let slopes = self.projected(&point, &linear)?;
+            let local = Local { slopes, x: &point.x, bounds: &bounds, held };
+            let (free, slope) = (local.free(), local.slope(cost));
+            if cost <= exact || slope < stop.slope() {
                 point.status = Status::Converged;
                 break;
             }
-            if stop == Stop::AtBound && gauss_newton.leaves(point.f, low, high) {
+            if stop == Stop::AtBound && self.leaves(&local) {
                 break;
             }
-            let mut accepted = false;
-            for _ in 0..12 {
-                let (d_ln_T, d_f) = gauss_newton.step(damping, point.f, low, high);
-                let trial = Point {
-                    ln_T: (point.ln_T + d_ln_T.clamp(-2.0, 2.0)).clamp(ln_T_bounds.0, ln_T_bounds.1),
-                    f: (point.f + d_f * Ts).clamp(low, high),
-                    ..point
-                };
-                let (trial_cost, trial_linear) = self.evaluate(&trial)?;
-                if trial_cost < cost {
-                    (point, cost, linear) = (trial, trial_cost, trial_linear);
-                    damping = (damping * 0.1).max(1e-12);
-                    accepted = true;
-                    break;
+            let trial = (0..12).find_map(|_| {
+                let step = local.step(&free, damping);
+                let x = point.x.iter().zip(&step).map(|(x, d)| x + d).collect();
+                let trial = self.settled(Point { x, ..point.clone() }, &bounds, held);
+                match self.evaluate(&trial) {
+                    Some((lower, linear)) if lower < cost => Some((trial, lower, linear)),
+                    _ => {
+                        damping *= 10.0;
+                        None
+                    }
                 }
-                damping *= 10.0;
-            }
-            if !accepted {
+            });
+            let Some(accepted) = trial else {
                 // No representable step lowers the cost: a minimum to rounding, if the slope agrees.
-                if gauss_newton.slope(point.f, low, high, cost) < 1e-5 {
+                if slope < 1e-5 {
                     point.status = Status::Converged;
                 }
                 break;
+            };
+            let gained = cost - accepted.1;
+            (point, cost, linear) = accepted;
+            if matches!(stop, Stop::Within(share) if damping < 0.1 && gained < 10.0 * share * cost) {
+                break; // steps of Gauss and Newton gain far less each time
             }
+            damping = (damping * 0.1).max(1e-12);
         }
         Some(Point { cost, ..point })
     }
 
-    /// The problem in `ln T, L` alone, linear parameters projected out.
-    fn jacobian(&self, point: &Point, linear: &Linear) -> Option<GaussNewton> {
-        let triangle = self.full(point, linear);
-        let n = self.linear();
-        Some(GaussNewton {
-            r11: triangle.at(n, n),
-            r12: triangle.at(n, n + 1),
-            r22: triangle.at(n + 1, n + 1),
-            b1: triangle.at(n, n + 2),
-            b2: triangle.at(n + 1, n + 2),
-        })
+    /// Whether downhill leads out of a delay's cell.
+    fn leaves(&self, local: &Local<'_>) -> bool {
+        (0..self.codes.len()).filter_map(|i| self.place_of_L(i)).any(|j| local.leaves(j))
+    }
+
+    /// The triangle `[ln T …, ln zeta, L, …, c, d | y]`, linear parameters projected out (Kaufman 1975).
+    fn projected(&self, point: &Point, linear: &Linear) -> Option<Triangle> {
+        Some(self.full(point, linear)?.below(self.linear()))
     }
 }
 
-/// The projected problem `min |b - R d|` in `d = (d ln T, d f/Ts)`.
-struct GaussNewton {
-    r11: f64,
-    r12: f64,
-    r22: f64,
-    b1: f64,
-    b2: f64,
+/// The projected problem at a point.
+struct Local<'p> {
+    slopes: Triangle,
+    x: &'p [f64],
+    bounds: &'p [(f64, f64)],
+    held: Option<usize>,
 }
 
-impl GaussNewton {
-    /// Whether the delay is at a bound of its cell and downhill lies beyond.
-    fn leaves(&self, f: f64, low: f64, high: f64) -> bool {
-        let downhill = self.r12 * self.b1 + self.r22 * self.b2;
-        (f <= low && downhill < 0.0) || (f >= high && downhill > 0.0)
+impl Local<'_> {
+    fn n(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Half the slope of the cost downhill.
+    fn downhill(&self, j: usize) -> f64 {
+        (0..=j).map(|i| self.slopes.at(i, j) * self.slopes.at(i, self.n())).sum()
+    }
+
+    /// Whether a coordinate is at a bound and downhill lies beyond.
+    fn leaves(&self, j: usize) -> bool {
+        let ((low, high), downhill) = (self.bounds[j], self.downhill(j));
+        (self.x[j] <= low && downhill <= 0.0) || (self.x[j] >= high && downhill >= 0.0)
+    }
+
+    /// Coordinates that may move.
+    fn free(&self) -> Vec<usize> {
+        (0..self.n()).filter(|&j| self.held != Some(j) && !self.leaves(j)).collect()
     }
 
     /// Largest cosine between the residual and a free column of the Jacobian.
-    fn slope(&self, f: f64, low: f64, high: f64, cost: f64) -> f64 {
+    fn slope(&self, cost: f64) -> f64 {
         let size = cost.sqrt().max(f64::MIN_POSITIVE);
-        let T = self.r11 * self.b1 / (self.r11.abs().max(f64::MIN_POSITIVE) * size);
-        let length = self.r12.hypot(self.r22).max(f64::MIN_POSITIVE);
-        let L = (self.r12 * self.b1 + self.r22 * self.b2) / (length * size);
-        T.abs().max(if self.leaves(f, low, high) { 0.0 } else { L.abs() })
+        let length = |j: usize| (0..=j).map(|i| self.slopes.at(i, j).powi(2)).sum::<f64>().sqrt();
+        let cosine = |j: usize| (self.downhill(j) / (length(j).max(f64::MIN_POSITIVE) * size)).abs();
+        self.free().into_iter().map(cosine).fold(0.0, f64::max)
     }
 
-    /// Damped step; the delay is held where it would leave the cell at a bound.
-    fn step(&self, damping: f64, f: f64, low: f64, high: f64) -> (f64, f64) {
-        let (g1, g2) = (self.r11 * self.b1, self.r12 * self.b1 + self.r22 * self.b2);
-        let (h11, h12, h22) =
-            (self.r11 * self.r11, self.r11 * self.r12, self.r12 * self.r12 + self.r22 * self.r22);
-        let (d11, d22) = (h11 * (1.0 + damping), h22 * (1.0 + damping));
-        let alone = if d11 > 0.0 { g1 / d11 } else { 0.0 };
-        let determinant = d11 * d22 - h12 * h12;
-        if !(determinant > 0.0) {
-            return (alone, 0.0);
+    /// Damped step; a coordinate at a bound stays where the step would leave it.
+    fn step(&self, free: &[usize], damping: f64) -> Vec<f64> {
+        let outward = |j: usize, d: f64| {
+            (self.x[j] <= self.bounds[j].0 && d < 0.0) || (self.x[j] >= self.bounds[j].1 && d > 0.0)
+        };
+        let mut free = free.to_vec();
+        loop {
+            let moved = solve_damped(&self.slopes, &free, self.n(), damping);
+            let stuck: Vec<usize> =
+                free.iter().zip(&moved).filter(|(j, d)| outward(**j, **d)).map(|(j, _)| *j).collect();
+            if stuck.is_empty() {
+                let mut step = vec![0.0; self.n()];
+                free.iter().zip(&moved).for_each(|(&j, d)| step[j] = d.clamp(-self.most(j), self.most(j)));
+                return step;
+            }
+            free.retain(|j| !stuck.contains(j));
         }
-        let d2 = (d11 * g2 - h12 * g1) / determinant;
-        if (f <= low && d2 < 0.0) || (f >= high && d2 > 0.0) {
-            return (alone, 0.0);
-        }
-        ((d22 * g1 - h12 * g2) / determinant, d2)
+    }
+
+    /// Longest step: of a logarithm where there is a finite bound below zero, else none.
+    fn most(&self, j: usize) -> f64 {
+        if self.bounds[j].0 < 0.0 && self.bounds[j].0.is_finite() { MOST_LN } else { f64::INFINITY }
     }
 }

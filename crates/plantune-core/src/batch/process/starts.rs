@@ -1,53 +1,138 @@
-//! Where to begin: a map of correlations over time constants and delays.
+//! Where to begin: a map of correlations over shapes and delays.
 
 use std::ops::Range;
 
-use super::problem::Problem;
+use super::super::fit::Status;
+use super::chain::{Chain, Drive};
+use super::code::Code;
+use super::problem::{Point, Problem};
 use crate::linalg::dot;
 
+/// Time constants of the map.
+const TIMES: u32 = 14;
+
+/// Places of the map that are tried at their true cost.
+const TRIED: usize = 12;
+
+/// Starts of one input.
+const STARTS: usize = 4;
+
+/// Starts of a first-order plant, whose map is its cost.
+const FIRST_ORDER: usize = 3;
+
+/// A place of the map: squared correlation, shape and delay.
+type Place = (f64, Vec<f64>, usize);
+
 impl Problem<'_, '_> {
-    /// The best places of the correlation between y and the filtered, shifted input, over a grid of
-    /// time constants: at most three, in different delay cells.
-    pub(super) fn starts(&self) -> Vec<(f64, usize)> {
-        let span = self.rec.segments().map(|s| s.len()).max().unwrap_or(2) as f64 * self.rec.Ts;
-        let (shortest, longest) = (0.3 * self.rec.Ts, span);
-        let count = 14;
-        let mut map: Vec<(f64, f64, usize)> = Vec::new();
-        let y = Sums::new(&self.y);
-        for i in 0..count {
-            let T = shortest * (longest / shortest).powf(f64::from(i) / f64::from(count - 1));
-            let filtered = self.filtered(T);
-            let w = Sums::new(&filtered);
-            for m in self.cells.clone() {
-                map.push((self.correlation(&w, &y, m), T, m));
-            }
+    /// Points to search from, the best places of the map in different delay cells or of other shapes.
+    pub(super) fn starts(&self) -> Vec<Vec<f64>> {
+        if self.codes == [Code::P1D] {
+            return self.places(0, FIRST_ORDER);
         }
-        map.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut starts: Vec<(f64, usize)> = Vec::new();
-        for (_, T, m) in map {
-            let apart = (T / self.rec.Ts / 2.0).max(2.0);
-            if starts.iter().all(|&(_, other)| (other as f64 - m as f64).abs() > apart) {
-                starts.push((T, m));
+        let places: Vec<_> = (0..self.codes.len()).map(|i| self.places(i, TRIED)).collect();
+        let mut chosen: Vec<Vec<f64>> = places.iter().map(|p| p[0].clone()).collect();
+        let mut ranked = Vec::new();
+        // One input after the other, the rest as they are; once more round where there are several.
+        for i in (0..2).flat_map(|_| 0..self.codes.len()).take(2 * self.codes.len() - 1) {
+            let with = |own: &Vec<f64>| {
+                let mut all = chosen.clone();
+                all[i].clone_from(own);
+                all.concat()
+            };
+            ranked = places[i].iter().map(|own| (self.cost_at(with(own)), with(own))).collect();
+            ranked.sort_by(|a: &(f64, _), b| a.0.total_cmp(&b.0));
+            let own = self.own(i);
+            chosen[i] = ranked[0].1[own].to_vec();
+        }
+        ranked.into_iter().take(STARTS).map(|(_, x)| x).collect()
+    }
+
+    /// Cost where all delays leave the same rows.
+    fn cost_at(&self, x: Vec<f64>) -> f64 {
+        let (m, history) = (self.cells_of(&x), self.cells().end() + 1);
+        let point = Point { x, m, history, cost: f64::NAN, status: Status::NotConverged };
+        self.evaluate(&point).map_or(f64::INFINITY, |(cost, _)| cost)
+    }
+
+    /// The best places of the correlation between y and the shaped, shifted input, as coordinates.
+    fn places(&self, input: usize, most: usize) -> Vec<Vec<f64>> {
+        let code = self.codes[input];
+        let cells = if code.delay { self.cells() } else { 0..=0 };
+        let y = self.without_trend(self.y.clone());
+        let (y, mut map) = (Sums::new(&y), Vec::new());
+        for shape in self.shapes(code) {
+            let shaped = self.without_trend(self.shaped(code, &shape, input));
+            let w = Sums::new(&shaped);
+            map.extend(cells.clone().map(|m| (self.correlation(&w, &y, m), shape.clone(), m)));
+        }
+        map.sort_by(|a: &Place, b| b.0.total_cmp(&a.0));
+        let mut places: Vec<(Vec<f64>, usize)> = Vec::new();
+        for (_, shape, m) in map {
+            let apart = shape.first().map_or(2.0, |ln_T| (ln_T.exp() / 2.0).max(2.0));
+            let same = |other: &Vec<f64>| code == Code::P1D || *other == shape;
+            if places.iter().all(|(other, n)| (*n as f64 - m as f64).abs() > apart || !same(other)) {
+                places.push((shape, m));
             }
-            if starts.len() == 3 {
+            if places.len() == most {
                 break;
             }
         }
-        starts
+        let within = if code.states() == 0 { 0.0 } else { 0.5 };
+        let with_delay = |(shape, m)| [shape, vec![m as f64 + within; usize::from(code.delay)]].concat();
+        places.into_iter().map(with_delay).collect()
     }
 
-    /// The unit-gain first-order response without delay, from the equilibrium of each segment's first input.
-    fn filtered(&self, T: f64) -> Vec<f64> {
-        let a = (-self.rec.Ts / T).exp();
-        let mut w = vec![0.0; self.u.len()];
+    /// `ln T …, ln zeta` of a grid, in samples.
+    fn shapes(&self, code: Code) -> Vec<Vec<f64>> {
+        if code.lags == 0 {
+            return vec![Vec::new()];
+        }
+        let (shortest, longest) = (0.3f64, self.rec.segments().map(|s| s.len()).max().unwrap_or(2) as f64);
+        let times =
+            (0..TIMES).map(|i| shortest * (longest / shortest).powf(f64::from(i) / f64::from(TIMES - 1)));
+        let others: &[f64] = if code.times() > 1 { &[0.9, 0.2] } else { &[1.0] };
+        let dampings: &[f64] = if code.pair { &[0.2, 0.7] } else { &[1.0] };
+        let shape = |T: f64, other: f64, zeta: f64| {
+            let mut shape: Vec<f64> = (0..code.times()).map(|k| (T * other.powi(k as i32)).ln()).collect();
+            shape.extend(code.pair.then(|| zeta.ln()));
+            shape
+        };
+        times
+            .flat_map(|T| others.iter().map(move |&other| (T, other)))
+            .flat_map(|(T, other)| dampings.iter().map(move |&zeta| shape(T, other, zeta)))
+            .collect()
+    }
+
+    /// The response of a shape without delay, from the equilibrium of each segment's first input.
+    fn shaped(&self, code: Code, shape: &[f64], input: usize) -> Vec<f64> {
+        let undelayed = Code { delay: false, ..code };
+        let p: Vec<f64> = shape.iter().map(|x| x.exp()).collect();
+        let chain = Chain::new(undelayed, &p, 0, false);
+        let mut w = vec![0.0; self.y.len()];
         for s in self.rec.segments() {
-            let mut state = self.u[s.start];
-            for k in s {
-                w[k] = state;
-                state = a * state + (1.0 - a) * self.u[k];
-            }
+            let u = &self.u[input][s.clone()];
+            chain.run(Drive { u, first: 0, gain: 1.0 }, chain.rest(u[0]), |k, y, _| w[s.start + k] = y.0);
         }
         w
+    }
+
+    /// Of an integrating plant level and drift of each segment are free.
+    fn without_trend(&self, mut x: Vec<f64>) -> Vec<f64> {
+        if !self.drifts() {
+            return x;
+        }
+        for s in self.rec.segments() {
+            let (n, middle) = (s.len() as f64, (s.len() as f64 - 1.0) / 2.0);
+            let x = &mut x[s];
+            let mean = x.iter().sum::<f64>() / n;
+            let (mut xt, mut tt) = (0.0, f64::MIN_POSITIVE);
+            for (k, x) in x.iter().enumerate() {
+                let t = k as f64 - middle;
+                (xt, tt) = (xt + x * t, tt + t * t);
+            }
+            x.iter_mut().enumerate().for_each(|(k, x)| *x -= mean + xt / tt * (k as f64 - middle));
+        }
+        x
     }
 
     /// Squared correlation of `y(t)` and `w(t - m)`, means removed.

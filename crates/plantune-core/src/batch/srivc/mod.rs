@@ -182,6 +182,9 @@ fn fit(
         status,
         expected_digits: vec![(15.0 + solution.ratio.log10()).max(0.0); theta.len()],
         notes: notes(best, bounds, N, parameters, status, limits).into_iter().chain(speed).collect(),
+        intervals: Vec::new(),
+        plants: Vec::new(),
+        sampled: None,
         theta,
         P,
     }
