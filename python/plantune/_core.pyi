@@ -362,9 +362,7 @@ def term_over_record(
 ) -> tuple[list[int], Floats]:
     """Rows with history, and the output predicted there."""
 
-def term_check(
-    rec: Record, model: TermModel, given: Floats, lags: int, limits: Limits
-) -> Fields:
+def term_check(rec: Record, model: TermModel, given: Floats, lags: int, limits: Limits) -> Fields:
     """Fields of `Verdict`, as `check`."""
 
 def forecast(

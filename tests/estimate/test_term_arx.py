@@ -180,7 +180,8 @@ def test_both_frictions_of_a_motor_are_found():
 
 
 @pytest.mark.parametrize(
-    "term", ["exp(u(t-1))", "y(t)", "u(t+1)", "volt(t-1)", "__import__('os')", "3", "u(t-1", "sign(y)"]
+    "term",
+    ["exp(u(t-1))", "y(t)", "u(t+1)", "volt(t-1)", "__import__('os')", "3", "u(t-1", "sign(y)"],
 )
 def test_what_cannot_be_read_is_refused(term):
     with pytest.raises(pt.UsageError, match="regressor") as refused:
@@ -215,9 +216,9 @@ def test_misuse_is_refused():
         with pytest.raises(pt.UsageError, match="reads y"):
             far()
     with pytest.raises(pt.NumericsError, match="bounds"):
-        pt.models.TermModel(A=[1], B=[[]], nk=[1], regressors=["square(y(t-1))"], g=[2], d=2).simulate(
-            np.zeros(50)
-        )
+        pt.models.TermModel(
+            A=[1], B=[[]], nk=[1], regressors=["square(y(t-1))"], g=[2], d=2
+        ).simulate(np.zeros(50))
     u, y = made()
     both = ["positive(u(t-1))", "negative(u(t-1))"]
     with pytest.raises(pt.NotIdentifiable, match="cannot be told apart") as refused:
@@ -242,6 +243,8 @@ def test_a_model_with_terms_survives_the_round_trip(tmp_path):
     pt.estimate.save_fit(tmp_path / "fit.json", fit)
     back = pt.estimate.load_fit(tmp_path / "fit.json")
     assert str(back) == str(fit) and np.array_equal(back.P, fit.P) and back.rows.dtype == np.int64
-    own = pt.estimate.arx(pt.Record(u=u, y=y, Ts=0.1), 1, 1, 1, regressors=[("x", lambda r: r.u[:, 0])])
+    own = pt.estimate.arx(
+        pt.Record(u=u, y=y, Ts=0.1), 1, 1, 1, regressors=[("x", lambda r: r.u[:, 0])]
+    )
     with pytest.raises(pt.UsageError):
         pt.io.save_model(tmp_path / "own.json", own.model)

@@ -105,9 +105,7 @@ def _letters(model: ProcessModel) -> str:
     return f"G(s) = {above} / {below}" if one else f"G(s) = {above} / ({below})"
 
 
-def _terms(
-    model: TermModel, sds: Iterator[float], d: tuple[float, float] | None
-) -> Iterator[str]:
+def _terms(model: TermModel, sds: Iterator[float], d: tuple[float, float] | None) -> Iterator[str]:
     """Yield the equation with the numbers of the regressors in it, then `A` and `B`."""
     linear = PolyModel(A=model.A, B=[b if len(b) else [0.0] for b in model.B], nk=model.nk)
     a = [next(sds) for _ in model.A[1:]]
@@ -115,9 +113,7 @@ def _terms(
     g = list(sds)
     paths = [
         f"B{i if len(model.B) > 1 else ''}(q) {name}(t - {nk})"
-        for i, (name, nk, part) in enumerate(
-            zip(model.u_names, model.nk, model.B, strict=True), 1
-        )
+        for i, (name, nk, part) in enumerate(zip(model.u_names, model.nk, model.B, strict=True), 1)
         if len(part)
     ]
     right = " + ".join(paths)
@@ -130,7 +126,7 @@ def _terms(
     yield f"{left} = {right} + e(t)"
     if len(model.A) > 1:
         yield f"A(q) = {_monic(linear.A.tolist(), iter(a))}"
-    for i, (part, sd) in enumerate(zip(model.B, b, strict=True), 1):
+    for i, (part, deviations) in enumerate(zip(model.B, b, strict=True), 1):
         if len(part):
-            yield f"B{i if len(model.B) > 1 else ''}(q) = {_sum(part.tolist(), sd, 0)}"
+            yield f"B{i if len(model.B) > 1 else ''}(q) = {_sum(part.tolist(), deviations, 0)}"
     yield f"Ts = {model.Ts:g} s"

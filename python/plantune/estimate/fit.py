@@ -13,7 +13,7 @@ from plantune import _core
 from plantune.errors import refusal
 from plantune.estimate.equation import equation
 from plantune.estimate.forecast import Forecast
-from plantune.models import PolyModel, ProcessModel, TermModel
+from plantune.models import PolyModel, ProcessModel
 from plantune.models.convert import from_core
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record, columns
@@ -69,7 +69,7 @@ class Fit:
     """
 
     method: str
-    model: PolyModel | ProcessModel | TermModel | None
+    model: PolyModel | ProcessModel | None  # or a TermModel, which is asked for less
     theta: Floats
     P: Floats
     sd: Floats
@@ -151,7 +151,7 @@ class Fit:
         ((3,), True)
         """
         model = self._need_model()
-        if isinstance(model, TermModel):
+        if self._has_own_terms:
             raise refusal(
                 "U01",
                 "noise to come has no closed form where regressors are one's own",
@@ -197,9 +197,13 @@ class Fit:
     @property
     def _level(self) -> float:
         """What the output is more than the model's; a `TermModel` has its constant inside."""
-        return 0.0 if isinstance(self.model, TermModel) else float(self.offset[0])
+        return 0.0 if self._has_own_terms else float(self.offset[0])
 
-    def _need_model(self) -> PolyModel | ProcessModel | TermModel:
+    @property
+    def _has_own_terms(self) -> bool:
+        return self.model is not None and self.model.kind == "terms"
+
+    def _need_model(self) -> PolyModel | ProcessModel:
         if self.model is None:
             raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")
         return self.model

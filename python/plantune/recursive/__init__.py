@@ -3,4 +3,15 @@
 from plantune._core import ARMAX, ARX, BJ, OE, RLS, Bank, InverseTransform, Recursion, TermARX
 from plantune.recursive.trace import Trace
 
-__all__ = ["ARMAX", "ARX", "BJ", "OE", "RLS", "Bank", "InverseTransform", "Recursion", "TermARX", "Trace"]
+__all__ = [
+    "ARMAX",
+    "ARX",
+    "BJ",
+    "OE",
+    "RLS",
+    "Bank",
+    "InverseTransform",
+    "Recursion",
+    "TermARX",
+    "Trace",
+]

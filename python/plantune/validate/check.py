@@ -194,7 +194,9 @@ def check(
     }
     used = own if offset == "fit" else None
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
-    doubts = () if isinstance(model, TermModel) else plausible(fit, limits=limits)
+    bare: Any = fit
+    own_terms = isinstance(model, TermModel)  # without poles and zeros to judge
+    doubts = () if own_terms else plausible(bare, limits=limits)
     further = (*doubts, *seen, *limits.changes())
     try:
         if isinstance(model, TermModel):
