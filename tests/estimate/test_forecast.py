@@ -1,5 +1,7 @@
 """Forecasts: closed forms, statsmodels, coverage, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -48,20 +50,66 @@ def test_armax_forecasts_as_statsmodels_does():
     assert_allclose(ahead.sd, theirs.se_mean, rtol=1e-6)
 
 
+FULL = pt.models.PolyModel(
+    A=[1, -0.9], B=[1, 0.5], C=[1, 0.6], D=[1, -0.4, 0.1], F=[1, -0.5], nk=1, Ts=0.1
+)
+
+
+def filtered(num, den, x):
+    """`num/den x` from rest, written out."""
+    y = np.zeros(len(x))
+    for t in range(len(x)):
+        y[t] = sum(c * x[t - j] for j, c in enumerate(num) if j <= t)
+        y[t] -= sum(c * y[t - j] for j, c in enumerate(den) if 0 < j <= t)
+    return y
+
+
+def full_data(N=400, seed=0):
+    """Record of `FULL`, and its noise."""
+    rng = np.random.default_rng(seed)
+    u, e = rng.normal(size=N), 0.3 * rng.normal(size=N)
+    noise = filtered(FULL.C, np.convolve(FULL.D, FULL.A), e)
+    return pt.Record(u=u, y=FULL.simulate(u) + noise, Ts=0.1), e
+
+
+def weights(k):
+    """First terms of `C/(D A)`."""
+    return filtered(FULL.C, np.convolve(FULL.D, FULL.A), np.r_[1.0, np.zeros(k - 1)])
+
+
 @pytest.mark.parametrize("k", [1, 3, 10])
-def test_a_forecast_is_the_prediction_made_as_late(k):
-    """With C, D and F: the k-step prediction of the last row, from the rows before it."""
-    rec = armax_data()
-    model = pt.models.PolyModel(
-        A=[1, -0.9], B=[1, 0.5], C=[1, 0.6], D=[1, -0.4, 0.1], F=[1, -0.5], nk=1, Ts=0.1
+def test_predictions_leave_out_the_noise_to_come(k):
+    """Of a model with A, B, C, D and F: `y(t) - sum_{j<k} h_j e(t-j)`."""
+    rec, e = full_data()
+    to_come = np.convolve(weights(k), e)[: rec.N]
+    # The initial state is estimated; what is wrong of it dies out with the roots of C and F.
+    ours = FULL.predict(rec, k)[100:]
+    assert_allclose(ours, (rec.y[:, 0] - to_come)[100:], atol=1e-9)
+
+
+def test_a_forecast_is_the_prediction_made_from_the_same_rows():
+    rec, e = full_data()
+    past = rec.take(slice(0, 390))
+    known = replace(
+        pt.estimate.oe(past, 1, 1), model=FULL, offset=np.zeros(1), loss=0.09, P=np.empty((0, 0))
     )
-    # All of one segment in one prediction: the initial state is that of the rows in it.
-    fit = pt.estimate.armax(rec, 1, 2, 1, 1)
-    past = rec.take(slice(0, 600 - k))
-    ours = fit.forecast(past, rec.u[600 - k :], parameters=False).y
-    assert ours[-1] == approx(fit.predict(rec, k)[-1], abs=1e-3)
-    h = model.predict(pt.Record(u=rec.u, y=rec.y - 4.0, Ts=0.1), k)
-    assert np.isfinite(h[10:]).all()
+    ahead = known.forecast(past, rec.u[390:])
+    to_come = np.convolve(weights(10), e[390:])[:10]
+    assert_allclose(ahead.y, rec.y[390:, 0] - to_come, atol=1e-9)
+    assert_allclose(ahead.sd, 0.3 * np.sqrt(np.cumsum(weights(10) ** 2)), rtol=1e-12)
+
+
+def test_several_inputs_are_forecast_and_printed():
+    rng = np.random.default_rng(1)
+    u = rng.normal(size=(500, 2))
+    plant = pt.models.PolyModel(A=[1, -0.7], B=[[1.0], [0.5, -0.2]], nk=[1, 2], Ts=1.0)
+    y = 2 + plant.simulate(u) + 0.01 * rng.normal(size=500)
+    rec = pt.Record(u=u[:480], y=y[:480], Ts=1.0, u_names=["steam", "feed"])
+    fit = pt.estimate.oe(rec, [1, 2], [1, 1], [1, 2])
+    ahead = fit.forecast(rec, u[480:])
+    assert (abs(ahead.y - y[480:]) < 5 * ahead.sd).all() and ahead.sd.max() < 0.015
+    text = fit.equation()
+    assert all(f"\n{name}(q) = " in text for name in ("B1", "B2", "F1", "F2"))
 
 
 def test_process_models_forecast_what_they_simulate():

@@ -87,6 +87,11 @@ impl<'py> FromPyObject<'_, 'py> for ModelIn {
                 let TransferIn { num, den, L } = value.getattr("core")?.extract()?;
                 Model::Transfer(TransferFunction { num, den, L })
             }
+            "terms" => {
+                let came = "a TermModel, which is not linear in its signals";
+                let needed = "a linear model: this asks for poles or a frequency response";
+                return Err(Raise::from(Error::argument("model", came, needed)).into());
+            }
             _ => return Err(not_a_model(&value)),
         }))
     }

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 _LONGEST = 100  # rows of an array up to which JSON holds it
 
 
-Kind = Enum("Kind", {name: name for name in ("idt", "hysteresis", *structures())}, type=str)
+_KINDS = {name: name for name in ("idt", "hysteresis", *structures())}
+Kind: Any = Enum("Kind", _KINDS, type=str)  # type: ignore[misc]  # verbs that there are
 """What can be identified: a step response, loops, or a model structure."""
 
 

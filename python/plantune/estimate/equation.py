@@ -126,7 +126,7 @@ def _terms(model: TermModel, sds: Iterator[float], d: tuple[float, float] | None
     yield f"{left} = {right} + e(t)"
     if len(model.A) > 1:
         yield f"A(q) = {_monic(linear.A.tolist(), iter(a))}"
-    for i, (part, sd) in enumerate(zip(model.B, b, strict=True), 1):
+    for i, (part, deviations) in enumerate(zip(model.B, b, strict=True), 1):
         if len(part):
-            yield f"B{i if len(model.B) > 1 else ''}(q) = {_sum(part.tolist(), sd, 0)}"
+            yield f"B{i if len(model.B) > 1 else ''}(q) = {_sum(part.tolist(), deviations, 0)}"
     yield f"Ts = {model.Ts:g} s"

@@ -173,7 +173,7 @@ class Fit:
         ((3,), True)
         """
         model = self._need_model()
-        if isinstance(model, TermModel):
+        if self._has_own_terms:
             raise refusal(
                 "U01",
                 "noise to come has no closed form where regressors are one's own",

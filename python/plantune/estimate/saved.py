@@ -12,7 +12,6 @@ from plantune.estimate.fit import Fit
 from plantune.io import load_json, to_json, write_json
 from plantune.io.jsonfile import model_of
 from plantune.notes import Note, Where
-from plantune.record import Floats
 
 _KIND = "fit"
 
@@ -92,8 +91,8 @@ def _field(name: str, value: Any) -> Any:
     return float("nan") if value is None and name in ("loss", "fpe", "aic", "bic") else value
 
 
-def _array(value: list[Any], dtype: type) -> Floats:
-    array = np.array(value, dtype)
+def _array(value: list[Any], dtype: type) -> Any:
+    array: Any = np.array(value, dtype)
     array.flags.writeable = False
     return array
 

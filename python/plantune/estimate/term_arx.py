@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from plantune import _core
 from plantune.errors import refusal
@@ -43,7 +44,8 @@ def term_arx(
     given = given_columns(regressors, rec)
     d = _core.term_arx(rec, wanted, numbered(regressors), given, offset, limits)
     fit = fit_from_core(d, "ARX", rec, limits)
-    return replace(fit, model=_model(fit, rec, regressors))
+    model: Any = _model(fit, rec, regressors)
+    return replace(fit, model=model)
 
 
 def _model(fit: Fit, rec: Record, regressors: tuple[Regressor, ...]) -> TermModel:

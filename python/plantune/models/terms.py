@@ -205,8 +205,8 @@ class TermModel:
 
     def _given_of_inputs(self, u: Floats) -> Floats:
         y = np.zeros(len(u))
-        names = {"u_names": self.u_names, "y_names": (self.y_name,)}
-        return np.nan_to_num(self.given(Record(u=u, y=y, Ts=self.Ts, **names), ahead=True))
+        rec = Record(u=u, y=y, Ts=self.Ts, u_names=self.u_names, y_names=(self.y_name,))
+        return np.nan_to_num(self.given(rec, ahead=True))
 
     def same_as(self, other: Any) -> bool:
         """Whether the other model has the same class and numbers.
