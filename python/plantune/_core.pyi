@@ -215,7 +215,7 @@ def d2c(model: PolyModel) -> Fields:
 # --- models of several outputs -----------------------------------------------------------------
 
 def matrix_simulate(model: MatrixPolyModel, u: Floats) -> Floats:
-    """Outputs (N, ny) from rest."""
+    """Return the outputs (N, ny) from rest."""
 
 def matrix_over_record(
     rec: Record, model: MatrixPolyModel, horizon: int | None, offset: list[float], limits: Limits

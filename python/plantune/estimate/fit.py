@@ -10,14 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from plantune.errors import refusal
-from plantune.models import MatrixPolyModel, PolyModel, ProcessModel, TransferFunction
 from plantune.models.convert import from_core
 from plantune.notes import Limits, Note, notes_from_core
 from plantune.record import Floats, Record
-
-
-Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel
-"""What an estimator may find."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,7 +64,7 @@ class Fit:
     """
 
     method: str
-    model: Any  # `Fitted`; which one the method says
+    model: Any  # which of them the method says
     theta: Floats
     P: Floats
     sd: Floats
@@ -98,7 +93,8 @@ class Fit:
         >>> fit.simulate([0.0, 0.0], Ts=0.02).round(3)
         array([583.451, 583.451])
         """
-        return self._need_model().simulate(u, Ts, x0) + self.offset
+        y: Floats = self._need_model().simulate(u, Ts, x0)
+        return y + self.offset
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -112,7 +108,8 @@ class Fit:
         True
         """
         level = float(self.offset[0]) if len(self.offset) == 1 else self.offset
-        return self._need_model().predict(rec, horizon, level)
+        y: Floats = self._need_model().predict(rec, horizon, level)
+        return y
 
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:

@@ -187,7 +187,7 @@ def check(
         offset = "estimate" if _core.has_no_level(rec, limits) else "fit"
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
-    model = fit.model if isinstance(fit, Fit) else fit
+    model: Any = fit.model if isinstance(fit, Fit) else fit
     i = _which(rec, model, output)
     extra = {
         "name": fit.method if isinstance(fit, Fit) else type(model).__name__,
@@ -196,7 +196,7 @@ def check(
     }
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
     several = isinstance(model, MatrixPolyModel)
-    doubts = () if several else plausible(fit, limits=limits)
+    doubts = () if several else plausible(fit, limits=limits)  # type: ignore[arg-type]
     further = (*doubts, *seen, *limits.changes())
     own = fit.offset.tolist() if isinstance(fit, Fit) else [0.0] * rec.ny
     used = own if offset == "fit" else None
@@ -204,7 +204,7 @@ def check(
         if several:
             d = _core.matrix_check(rec, model, i, x0, used, lags, limits)
         else:
-            d = _core.check(rec, model, x0, used and used[0], lags, limits)
+            d = _core.check(rec, model, x0, None if used is None else used[0], lags, limits)
     except NotIdentifiable as error:
         if error.result is not None:
             error.result = _verdict(error.result, rec, i, extra, further)
@@ -213,7 +213,7 @@ def check(
 
 
 def _which(rec: Record, model: Any, output: str | None) -> int:
-    """Return the number of the output that is judged; one has to be named where there are several."""
+    """Return the number of the output that is judged; of several one has to be named."""
     if output is None and (rec.ny == 1 or not isinstance(model, MatrixPolyModel)):
         return 0
     if output not in rec.y_names:
