@@ -83,6 +83,6 @@ def _grid(fits: tuple[Fit, ...]) -> Floats:
             T, L = sum(fit.model.times), fit.model.L
             return np.union1d(np.linspace(0.0, L + 6 * T, POINTS), [L])
         if isinstance(fit.model, TransferFunction):
-            return np.arange(POINTS) * (fit.model.horizon() / (POINTS - 1))
+            return np.linspace(0.0, fit.model.horizon(), POINTS)
     Ts = fits[0].Ts or 1.0
-    return np.arange(101) * Ts
+    return np.asarray(np.arange(101) * Ts, np.float64)
