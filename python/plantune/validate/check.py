@@ -202,7 +202,7 @@ def check(
     used = own if offset == "fit" else None
     try:
         if several:
-            d = _core.matrix_check(rec, model, i, x0, used, lags, limits)
+            d = _core.matrix_check(rec, model, i, (x0, used, lags), limits)
         else:
             d = _core.check(rec, model, x0, None if used is None else used[0], lags, limits)
     except NotIdentifiable as error:
