@@ -215,7 +215,7 @@ def d2c(model: PolyModel) -> Fields:
 # --- models of several outputs -----------------------------------------------------------------
 
 def matrix_simulate(model: MatrixPolyModel, u: Floats) -> Floats:
-    """Outputs (N, ny) from rest."""
+    """Return the outputs (N, ny) from rest."""
 
 def matrix_over_record(
     rec: Record, model: MatrixPolyModel, horizon: int | None, offset: list[float], limits: Limits
@@ -226,12 +226,10 @@ def matrix_check(
     rec: Record,
     model: MatrixPolyModel,
     output: int,
-    x0: str,
-    offset: list[float] | None,
-    lags: int,
+    options: tuple[str, list[float] | None, int],
     limits: Limits,
 ) -> Fields:
-    """As `check`, of one output."""
+    """As `check`, of one output; the options are `x0, offset, lags`."""
 
 def matrix_freqresp(model: MatrixPolyModel, w: list[float]) -> Complexes:
     """Entries of `(w, ny, nu)`, flat."""

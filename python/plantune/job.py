@@ -388,7 +388,7 @@ def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
     """M12: a polynomial model knows the plant, first order plus dead time does not."""
     process, polynomial = run.verdicts.get("P1D"), run.verdicts[rival]
     own = f"with {process.fit:.0f} %" if process is not None else "not at all"
-    resonance = run.fits[rival].model.resonance()  # type: ignore[union-attr]
+    resonance = run.fits[rival].model.resonance()
     if resonance is None:
         cause = "the plant is not of first order"
     else:
@@ -425,7 +425,7 @@ def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
     fit = process(run.record, "P1D", limits=limits) if refit else run.fits["P1D"]
     rival, judge, feedback = run.rival, None, None
     if rival is not None:
-        judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)  # type: ignore[union-attr]
+        judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)
     delay = (float(fit.theta[2]), float(fit.sd[2]), run.record.Ts)
     if closed_loop and rival == run.trusted and noise_holds(run.fits[rival], run.verdicts[rival]):
         known = again(run.fits[rival], run.record, limits) if refit else run.fits[rival]

@@ -1,4 +1,4 @@
-"""ARX of several outputs: the oracle's numbers, over segments and holes, and what each output fits."""
+"""ARX of several outputs: the oracle's numbers, over segments and holes, and the fits."""
 
 import numpy as np
 import pytest
@@ -170,7 +170,7 @@ def test_each_output_has_a_verdict():
     assert verdict.fit == approx(100 * (1 - off / around), rel=1e-6)
     assert verdict.passed and verdict.fit_1step > verdict.fit > 80
     assert verdict.y == approx(val.y[verdict.rows, 1])
-    moved = pt.Record(u=val.u, y=val.y + [0.0, 5.0], Ts=0.1)
+    moved = pt.Record(u=val.u, y=val.y + np.array([0.0, 5.0]), Ts=0.1)
     assert pt.validate.check(moved, fit, output="y2", offset="estimate").offset == approx(
         verdict.offset + 5, abs=0.1
     )

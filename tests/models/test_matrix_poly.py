@@ -50,7 +50,7 @@ def test_frequency_response_poles_and_gain():
 def test_a_prediction_starts_from_what_was_measured():
     rng = np.random.default_rng(3)
     U, E = rng.normal(size=(60, 3)), rng.normal(size=(60, 2))
-    Y = matrix_arx.simulate(A, B, 1, U, E) + [2.0, -3.0]
+    Y = matrix_arx.simulate(A, B, 1, U, E) + np.array([2.0, -3.0])
     rec = pt.Record(u=U, y=Y, Ts=0.1)
     H = np.zeros((3, 2, 2))
     H[0] = np.eye(2)
@@ -94,6 +94,8 @@ def test_python_control_answers_the_same():
     assert ss.dt == 0.1
     assert np.moveaxis(ss(np.exp(1j * w * 0.1)), 2, 0) == approx(G.freqresp(w), abs=1e-9)
     assert isinstance(ss, control.StateSpace)
+    frd = pt.export.to_control(G, delay="frd", w=w)
+    assert np.moveaxis(frd.complex, 2, 0) == approx(G.freqresp(w), abs=1e-12)
 
 
 @pytest.mark.parametrize(

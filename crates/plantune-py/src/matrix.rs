@@ -109,20 +109,18 @@ fn matrix_over_record<'py>(
 }
 
 #[pyfunction]
-#[pyo3(signature = (rec, model, output, x0, offset, lags, limits))]
 fn matrix_check<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
     model: MatrixModelIn,
     output: usize,
-    x0: &str,
-    offset: Option<Vec<f64>>,
-    lags: usize,
+    options: (String, Option<Vec<f64>>, usize),
     limits: LimitsIn,
 ) -> Outcome<VerdictOut<'py>> {
     let limits: Limits = limits.into();
-    let (record, model, x0) = (rec.view(&limits)?, MatrixPoly::from(model), start(x0)?);
-    let options = (x0, offset.as_deref(), lags);
+    let (record, model) = (rec.view(&limits)?, MatrixPoly::from(model));
+    let (x0, offset, lags) = &options;
+    let options = (start(x0)?, offset.as_deref(), *lags);
     checked(py, py.detach(|| validate::check_output(&model, &record, output, options, &limits)))
 }
 

@@ -69,7 +69,8 @@ def arx(
     Notes
     -----
     QR of the regressor, which is streamed and never held; not the normal equations.
-    Source 000, (2.2-3) to (2.2-5), and (2.1-7) to (2.1-9) for several outputs.  For output noise prefer `process`, which is not biased.
+    Source 000, (2.2-3) to (2.2-5), and (2.1-7) to (2.1-9) for several outputs.  For output noise
+    prefer `process`, which is not biased.
 
     Examples
     --------

@@ -84,7 +84,7 @@ class Fit:
     """
 
     method: str
-    model: Any  # `Fitted`; which one the method says
+    model: Any  # which of them the method says
     theta: Floats
     P: Floats
     sd: Floats
@@ -173,7 +173,7 @@ class Fit:
         ((3,), True)
         """
         model = self._need_model()
-        if self._has_own_terms:
+        if isinstance(self.model, TermModel):
             raise refusal(
                 "U01",
                 "noise to come has no closed form where regressors are one's own",

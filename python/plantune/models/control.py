@@ -11,16 +11,18 @@ from plantune import _core
 from plantune.errors import refusal
 
 if TYPE_CHECKING:
+    from plantune.models.matrix_poly import MatrixPolyModel
     from plantune.models.pid import PID
     from plantune.models.poly import PolyModel
     from plantune.models.process import ProcessModel
     from plantune.models.transfer import TransferFunction
 
+_KINDS = ("process", "transfer", "poly", "matrix_poly", "pid")
 _MOST_ORDER = 10  # the coefficients of a higher Padé form no longer fit in 16 digits
 
 
 def to_control(
-    model: ProcessModel | TransferFunction | PolyModel | PID,
+    model: ProcessModel | TransferFunction | PolyModel | MatrixPolyModel | PID,
     delay: Literal["pade", "frd"] = "pade",
     order: int = 3,
     w: ArrayLike | None = None,
@@ -40,12 +42,12 @@ def to_control(
     >>> bool(abs(error).max() < 1e-5)
     True
     """
-    control = library()
-    if getattr(model, "kind", None) not in ("process", "transfer", "poly", "pid"):
+    control = _library()
+    if getattr(model, "kind", None) not in _KINDS:
         raise refusal(
             "U01",
             f"a {type(model).__name__} has no form in python-control",
-            remedy="pass a ProcessModel, TransferFunction, PolyModel or PID",
+            remedy="pass a ProcessModel, TransferFunction, PolyModel, MatrixPolyModel or PID",
         )
     if delay == "pade":
         return _transfer_function(control, model, _order(order))
@@ -58,14 +60,15 @@ def to_control(
     w = np.ascontiguousarray(np.atleast_1d(w), float)
     if model.kind == "pid":
         return control.frd(_transfer_function(control, model, 1), w)
+    if model.kind == "matrix_poly":
+        return control.frd(np.moveaxis(model.freqresp(w), 0, 2), w, dt=model.Ts)  # type: ignore[union-attr]
     inputs = len(_core.dc_gain(model))  # type: ignore[arg-type]
     response = np.array([[_core.freqresp(model, i, w) for i in range(inputs)]])  # type: ignore[arg-type]
     sampled = {"dt": model.Ts} if model.kind == "poly" else {}  # type: ignore[union-attr]
     return control.frd(response, w, **sampled)
 
 
-def library() -> Any:
-    """Return python-control, or refuse (U01)."""
+def _library() -> Any:
     try:
         import control
     except ImportError:
@@ -88,6 +91,8 @@ def _order(order: int) -> int:
 def _transfer_function(control: Any, model: Any, order: int) -> Any:
     if model.kind == "pid":
         return control.tf(*_core.pid_transfer(model), 0 if model.Ts is None else model.Ts)
+    if model.kind == "matrix_poly":
+        return control.ss(*_core.matrix_state_space(model), model.Ts)
     if model.kind != "poly":
         G = model if model.kind == "transfer" else model.transfer()
         rational = control.tf(G.num, G.den)

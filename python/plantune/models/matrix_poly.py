@@ -184,17 +184,17 @@ class MatrixPolyModel:
         """
         return _core.matrix_dc_gain(self)
 
-    def to_control(self) -> Any:
-        """Return a sampled `StateSpace` of python-control.
+    def to_control(self, **options: Any) -> Any:
+        """Return a sampled `StateSpace` of python-control; options as of `pt.export.to_control`.
 
         Examples
         --------
         >>> MatrixPolyModel(A=[[[1.0]], [[-0.5]]], B=[[[2.0]]], Ts=0.1).to_control().dt
         0.1
         """
-        from plantune.models.control import library
+        from plantune.models.control import to_control
 
-        return library().ss(*_core.matrix_state_space(self), self.Ts)
+        return to_control(self, **options)
 
     def same_as(self, other: Any) -> bool:
         """Whether the other model has the same class and numbers.

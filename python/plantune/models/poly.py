@@ -57,6 +57,7 @@ class PolyModel(LinearModel):
     Ts: float = 1.0
 
     def __new__(cls, *args: Any, **fields: Any) -> Any:
+        """Return a `MatrixPolyModel` where `A` holds matrices."""
         given = dict(zip(cls.__slots__, args, strict=False)) | fields
         if np.ndim(given.get("A", _ONE)) == 3:
             return MatrixPolyModel(**given)

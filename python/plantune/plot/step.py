@@ -85,4 +85,4 @@ def _grid(fits: tuple[Fit, ...]) -> Floats:
         if isinstance(fit.model, TransferFunction):
             return np.linspace(0.0, fit.model.horizon(), POINTS)
     Ts = fits[0].Ts or 1.0
-    return np.arange(101) * Ts
+    return np.asarray(np.arange(101) * Ts, np.float64)

@@ -196,7 +196,7 @@ def check(
         offset = "estimate" if _core.has_no_level(rec, limits) else "fit"
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
-    model = fit.model if isinstance(fit, Fit) else fit
+    model: Any = fit.model if isinstance(fit, Fit) else fit
     i = _which(rec, model, output)
     extra = {
         "name": fit.method if isinstance(fit, Fit) else type(model).__name__,
@@ -214,9 +214,9 @@ def check(
             d = _core.term_check(rec, model, model.given(rec, ahead=True), lags, limits)
             extra.update(x0="measured", offset_from="fit")
         elif several:
-            d = _core.matrix_check(rec, model, i, x0, used, lags, limits)
+            d = _core.matrix_check(rec, model, i, (x0, used, lags), limits)
         else:
-            d = _core.check(rec, model, x0, used and used[0], lags, limits)
+            d = _core.check(rec, model, x0, None if used is None else used[0], lags, limits)
     except NotIdentifiable as error:
         if error.result is not None:
             error.result = _verdict(error.result, rec, i, extra, further)

@@ -14,6 +14,7 @@
 //!
 //! Source 000, (2.1-7) to (2.1-9).
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::arx::not_exciting;
@@ -65,8 +66,9 @@ pub fn matrix_arx(
     limits: &Limits,
 ) -> Result<MatrixFit> {
     let orders = Orders::arx(na, vec![nb; nk.len()], nk.to_vec());
-    let regression = Rows::new(rec, &orders, offset);
+    let mut regression = Rows::new(rec, &orders, offset);
     orders.check_inputs(rec, regression.n, limits)?;
+    regression.shared = rec.valid.is_none().then(|| regression.triangle(&[]));
     let equations = regression.equations(limits)?;
     regression.fit(&equations, limits)
 }
@@ -82,6 +84,8 @@ struct Rows<'r, 'a> {
     y: Vec<Vec<f64>>,
     u_scale: Vec<Scale>,
     y_scale: Vec<Scale>,
+    /// The triangle of all rows, where all of them count.
+    shared: Option<Triangle>,
 }
 
 /// One output's solution, in scaled units.
@@ -107,6 +111,7 @@ impl<'r, 'a> Rows<'r, 'a> {
             y: outputs.iter().zip(&y_scale).map(|(x, s)| scaled(x, s)).collect(),
             u_scale,
             y_scale,
+            shared: None,
         }
     }
 
@@ -121,7 +126,11 @@ impl<'r, 'a> Rows<'r, 'a> {
         })
     }
 
-    /// Triangle of the rows that some outputs share.
+    /// Triangle of the rows that some outputs share; there is only one where all rows count.
+    fn shared_by(&self, outputs: &[usize]) -> Cow<'_, Triangle> {
+        self.shared.as_ref().map_or_else(|| Cow::Owned(self.triangle(outputs)), Cow::Borrowed)
+    }
+
     fn triangle(&self, outputs: &[usize]) -> Triangle {
         let width = self.n + self.rec.ny;
         let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
@@ -143,13 +152,12 @@ impl<'r, 'a> Rows<'r, 'a> {
     /// The solution of every output on its own rows.
     fn equations(&self, limits: &Limits) -> Result<Vec<Equation>> {
         let every: Vec<usize> = (0..self.n).collect();
-        let shared = self.rec.valid.is_none().then(|| self.triangle(&[]));
         let one = |i: usize| {
             let N = self.rows(&[i]).count();
             if N <= self.n {
                 return Err(too_short(N, self.n));
             }
-            let triangle = shared.clone().unwrap_or_else(|| self.triangle(&[i]));
+            let triangle = self.shared_by(&[i]);
             let solution = solve(&triangle, &every, self.n + i, limits.X08)
                 .map_err(|e| not_exciting(self.rec, &e, limits))?;
             let error = rounding(&triangle, &solution, &solution.theta, solution.rss);
@@ -202,10 +210,9 @@ impl<'r, 'a> Rows<'r, 'a> {
     fn covariance(&self, equations: &[Equation]) -> (Vec<f64>, Vec<f64>) {
         let (n, ny) = (self.n, self.rec.ny);
         let (mut P, mut products) = (vec![0.0; ny * n * ny * n], vec![0.0; ny * ny]);
-        let shared = self.rec.valid.is_none().then(|| self.triangle(&[]));
         for i in 0..ny {
             for j in i..ny {
-                let triangle = shared.clone().unwrap_or_else(|| self.triangle(&[i, j]));
+                let triangle = self.shared_by(&[i, j]);
                 let rows = self.rows(&[i, j]).count();
                 let product = inner(&self.left(&triangle, equations, i), &self.left(&triangle, equations, j));
                 let mean = product / rows.max(1) as f64;
@@ -213,7 +220,7 @@ impl<'r, 'a> Rows<'r, 'a> {
                 products[i * ny + j] = mean / unit;
                 products[j * ny + i] = mean / unit;
                 let sigma = product / rows.saturating_sub(n).max(1) as f64;
-                let block = if i == j || self.rec.valid.is_none() {
+                let block = if i == j || self.shared.is_some() {
                     equations[i].solution.inverse_gram.clone()
                 } else {
                     between(&equations[i], &triangle, &equations[j], n)

@@ -253,9 +253,9 @@ mod tests {
         let (y, ss) = (m.simulate(&u), m.state_space());
         let mut x = vec![0.0; ss.n];
         for (u, y) in u.chunks(3).zip(y.chunks(2)) {
-            for i in 0..2 {
+            for (i, y) in y.iter().enumerate() {
                 let out = inner(&ss.H[i * ss.n..][..ss.n], &x) + inner(&ss.D[3 * i..][..3], u);
-                assert!((out - y[i]).abs() < 1e-12);
+                assert!((out - y).abs() < 1e-12);
             }
             let next = |i: usize| inner(&ss.F[i * ss.n..][..ss.n], &x) + inner(&ss.G[3 * i..][..3], u);
             x = (0..ss.n).map(next).collect();
