@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from oracles import delay_profile, fopdt, process_models
 from pytest import approx
+from scipy.stats import f as f_law
 
 import plantune as pt
+from plantune.io import load_model, save_model
 
 TS, O = 0.02, 3.0
 
@@ -78,17 +80,16 @@ def test_the_fit_is_the_oracle_s(code, theta):
 
 
 def test_the_interval_of_the_delay_is_the_profile_s():
-    """With the limit 1.1 F in place of the oracle's F: the root of 1.1 as wide where there is no kink."""
+    """The oracle's least loss at both ends has risen by 1.1 F(1, N - n)."""
     u, y = data("P2D", [2.0, 0.3, 0.1, 0.107], sd=0.1, seed=3)
     fit = pt.estimate.process(pt.Record(u=u, y=y, Ts=TS), "P2D")
+    low, high = fit.interval("L")
     L_max = (500 - fit.N) * TS
     ref = process_models.fit("P2D", u, y, TS, [[0.3, 0.1, 0.107]], L_max)
-    low, high = delay_profile.profile_interval("P2D", u, y, TS, ref, L_max)
-    assert np.array(fit.interval("L")) - fit.model.L == approx(
-        (np.array([low, high]) - ref.p[2]) * 1.1**0.5, rel=0.05
-    )
-    half = (fit.interval("L")[1] - fit.interval("L")[0]) / 2
-    assert fit.sd[list(fit.names).index("L")] == approx(half / 1.96)
+    rss = delay_profile.profile("P2D", u, y, TS, ref, [low, high], L_max)
+    rise = (rss / ref.rss - 1) * ref.free / f_law.ppf(0.95, 1, ref.free)
+    assert rise == approx([1.1, 1.1], rel=0.02)
+    assert fit.sd[list(fit.names).index("L")] == approx((high - low) / 2 / 1.96)
 
 
 def covered(code, theta, sd, runs):
@@ -108,9 +109,9 @@ COVERED = [("P1D", [-5.939, 0.1491, 0.107], 2.0), ("P2DU", [2.0, 0.15, 0.4, 0.10
 
 @pytest.mark.parametrize("code, theta, sd", COVERED)
 def test_intervals_cover_the_truth(code, theta, sd):
-    """Of 100 runs 95 expected, 87 to 100 within 3.5 deviations of the count."""
-    inside = covered(code, theta, sd, 100)
-    assert inside.min() >= 87, inside
+    """Of 40 runs 38 expected, 33 within 3.6 deviations of the count."""
+    inside = covered(code, theta, sd, 40)
+    assert inside.min() >= 33, inside
 
 
 @pytest.mark.slow
@@ -204,9 +205,10 @@ def test_an_inverse_response_is_named():
     assert "X12" in [note.code for note in fit.notes]
 
 
-def test_models_survive_a_round_trip():
-    fit = fitted("P2DU", [2.0, 0.15, 0.4, 0.107], sd=0.1)
-    assert pt.load(pt.save(fit.model)) == fit.model if hasattr(pt, "save") else True
+def test_models_survive_a_round_trip(tmp_path):
+    model = fitted("P2DU", [2.0, 0.15, 0.4, 0.107], sd=0.1).model
+    save_model(tmp_path / "model.json", model)
+    assert load_model(tmp_path / "model.json") == model
 
 
 @pytest.mark.parametrize("code", ["P4D", "p1d", "P1X", "P1U", "P0Z", "P2DD", ""])

@@ -69,6 +69,7 @@ def process(
     >>> fit.theta.round(4), fit.offset.round(3)
     (array([-5.939 ,  0.1491,  0.107 ]), array([583.451]))
     >>> print(pt.estimate.process(pt.datasets.hair_dryer(), "P2D").model)
+    G(s) = 0.93674 e^(-0.157499 s) / ((0.254327 s + 1) (0.135369 s + 1))
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     codes = [code] * rec.u.shape[1] if isinstance(code, str) else list(code)
