@@ -1,12 +1,12 @@
-"""Process models of every code: delays with a profile, pairs of poles, integrators, several inputs."""
+"""Process models of every code: profiles, pairs of poles, integrators, several inputs, noise."""
 
 import numpy as np
 import pytest
-from oracles import delay_profile, fopdt, process_models
 from pytest import approx
 from scipy.stats import f as f_law
 
 import plantune as pt
+from oracles import delay_profile, fopdt, process_models
 from plantune.io import load_model, save_model
 
 TS, O = 0.02, 3.0
@@ -18,7 +18,7 @@ CODES = [
     ("P1", [2.0, 0.15]),
     ("P1D", [-5.939, 0.1491, 0.107]),
     ("P1Z", [2.0, 0.15, 0.05]),
-    ("P1DZ", [2.0, 0.15, 0.107, 0.05]),
+    ("P1DZ", [2.0, 0.15, 0.12, 0.05]),
     ("P1DI", [2.0, 0.15, 0.107]),
     ("P2", [2.0, 0.3, 0.1]),
     ("P2U", [2.0, 0.3, 0.3]),
@@ -62,7 +62,10 @@ def test_noise_free_data_give_the_plant_back(code, theta):
     assert fit.offset[0] == approx(0.0 if "I" in code else O, abs=1e-6)
 
 
-@pytest.mark.parametrize("code, theta", [c for c in CODES if c[0] in ("P2D", "P2DU", "P2DZ", "P1DI")])
+COMPARED = [case for case in CODES if case[0] in ("P2D", "P2DU", "P2DZ", "P1DI")]
+
+
+@pytest.mark.parametrize("code, theta", COMPARED)
 def test_the_fit_is_the_oracle_s(code, theta):
     """Same rows, same loss, parameters and deviations; the oracle has a start at the truth."""
     u, y = data(code, theta, sd=0.1, seed=3)
@@ -131,7 +134,8 @@ def closed_loop(seed, N=20_000):
     a = np.exp(-TS / T)
     u, y, total, x, u0 = np.empty(N), np.empty(N), 0.0, 400 - offset, (400 - offset) / K
     for t in range(N):
-        x = a * x + K * (1 - a) * (u[t - 6] if t >= 6 else u0) + e[t] + (0.5 * e[t - 1] if t else 0.0)
+        v = e[t] + (0.5 * e[t - 1] if t else 0.0)
+        x = a * x + K * (1 - a) * (u[t - 6] if t >= 6 else u0) + v
         y[t] = x + offset
         total += Ki * TS * (r[t] - y[t])
         u[t] = u0 + Kp * (r[t] - y[t]) + total
@@ -150,7 +154,7 @@ def test_a_noise_model_takes_the_bias_of_a_closed_loop_away():
 
 @pytest.mark.slow
 def test_closed_loop_gains_and_times_are_unbiased():
-    """Issue 7: within 0.5 % in K and T; measured -.04 and -.04 % over 20 seeds, sd of the mean .22 and .27 %."""
+    """Issue 7: within 0.5 % in K and T; -.04 and -.04 % of 20 seeds, sd of the mean .22, .27."""
     fits = [pt.estimate.process(closed_loop(seed), "P1D", noise="arma") for seed in range(20)]
     errors = np.mean([fit.theta[:2] / [-5.939, 0.1491] - 1 for fit in fits], axis=0)
     assert (np.abs(errors) < 0.005).all(), errors
@@ -197,7 +201,7 @@ def test_an_integrator_has_a_drift_and_no_gain():
     assert "M01" in [note.code for note in fit.notes]
     assert fit.offset[0] == approx(0.7, rel=1e-6)
     assert np.abs(fit.predict(rec) - rec.y[:, 0])[30:].max() < 1e-7
-    assert fit.simulate(np.zeros(51), Ts=TS)[-1] == approx(0.7)
+    assert fit.simulate(np.zeros(51), Ts=TS)[-1] == approx(0.7, rel=1e-6)
 
 
 def test_an_inverse_response_is_named():

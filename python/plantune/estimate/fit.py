@@ -104,9 +104,10 @@ class Fit:
         array([583.451, 583.451])
         """
         model, offset = self._need_model(), float(self.offset[0])
+        y = model.simulate(u, Ts, x0)
         if isinstance(model, ProcessModel) and model.integrating:
-            return model.simulate(np.asarray(u, float) + offset / model.K, Ts, x0)  # the drift
-        return model.simulate(u, Ts, x0) + offset
+            return y + offset * (Ts or 0.0) * np.arange(len(y))  # the drift
+        return y + offset
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -137,9 +138,7 @@ class Fit:
         True
         """
         if name not in self.names:
-            raise refusal(
-                "U01", f"`name` is {name!r}, must be one of {', '.join(self.names)}"
-            )
+            raise refusal("U01", f"`name` is {name!r}, must be one of {', '.join(self.names)}")
         if name in self.intervals:
             return self.intervals[name]
         i = self.names.index(name)
