@@ -1,11 +1,13 @@
-"""Process models of every code: delays with a profile, pairs of poles, integrators, several inputs."""
+"""Process models of every code: profiles, pairs of poles, integrators, several inputs, noise."""
 
 import numpy as np
 import pytest
 from pytest import approx
+from scipy.stats import f as f_law
 
 import plantune as pt
 from oracles import delay_profile, fopdt, process_models
+from plantune.io import load_model, save_model
 
 TS, O = 0.02, 3.0
 
@@ -16,7 +18,7 @@ CODES = [
     ("P1", [2.0, 0.15]),
     ("P1D", [-5.939, 0.1491, 0.107]),
     ("P1Z", [2.0, 0.15, 0.05]),
-    ("P1DZ", [2.0, 0.15, 0.107, 0.05]),
+    ("P1DZ", [2.0, 0.15, 0.12, 0.05]),
     ("P1DI", [2.0, 0.15, 0.107]),
     ("P2", [2.0, 0.3, 0.1]),
     ("P2U", [2.0, 0.3, 0.3]),
@@ -60,9 +62,10 @@ def test_noise_free_data_give_the_plant_back(code, theta):
     assert fit.offset[0] == approx(0.0 if "I" in code else O, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    "code, theta", [c for c in CODES if c[0] in ("P2D", "P2DU", "P2DZ", "P1DI")]
-)
+COMPARED = [case for case in CODES if case[0] in ("P2D", "P2DU", "P2DZ", "P1DI")]
+
+
+@pytest.mark.parametrize("code, theta", COMPARED)
 def test_the_fit_is_the_oracle_s(code, theta):
     """Same rows, same loss, parameters and deviations; the oracle has a start at the truth."""
     u, y = data(code, theta, sd=0.1, seed=3)
@@ -80,17 +83,16 @@ def test_the_fit_is_the_oracle_s(code, theta):
 
 
 def test_the_interval_of_the_delay_is_the_profile_s():
-    """With the limit 1.1 F in place of the oracle's F: the root of 1.1 as wide where there is no kink."""
+    """The oracle's least loss at both ends has risen by 1.1 F(1, N - n)."""
     u, y = data("P2D", [2.0, 0.3, 0.1, 0.107], sd=0.1, seed=3)
     fit = pt.estimate.process(pt.Record(u=u, y=y, Ts=TS), "P2D")
+    low, high = fit.interval("L")
     L_max = (500 - fit.N) * TS
     ref = process_models.fit("P2D", u, y, TS, [[0.3, 0.1, 0.107]], L_max)
-    low, high = delay_profile.profile_interval("P2D", u, y, TS, ref, L_max)
-    assert np.array(fit.interval("L")) - fit.model.L == approx(
-        (np.array([low, high]) - ref.p[2]) * 1.1**0.5, rel=0.05
-    )
-    half = (fit.interval("L")[1] - fit.interval("L")[0]) / 2
-    assert fit.sd[list(fit.names).index("L")] == approx(half / 1.96)
+    rss = delay_profile.profile("P2D", u, y, TS, ref, [low, high], L_max)
+    rise = (rss / ref.rss - 1) * ref.free / f_law.ppf(0.95, 1, ref.free)
+    assert rise == approx([1.1, 1.1], rel=0.02)
+    assert fit.sd[list(fit.names).index("L")] == approx((high - low) / 2 / 1.96)
 
 
 def covered(code, theta, sd, runs):
@@ -110,9 +112,9 @@ COVERED = [("P1D", [-5.939, 0.1491, 0.107], 2.0), ("P2DU", [2.0, 0.15, 0.4, 0.10
 
 @pytest.mark.parametrize("code, theta, sd", COVERED)
 def test_intervals_cover_the_truth(code, theta, sd):
-    """Of 100 runs 95 expected, 87 to 100 within 3.5 deviations of the count."""
-    inside = covered(code, theta, sd, 100)
-    assert inside.min() >= 87, inside
+    """Of 40 runs 38 expected, 33 within 3.6 deviations of the count."""
+    inside = covered(code, theta, sd, 40)
+    assert inside.min() >= 33, inside
 
 
 @pytest.mark.slow
@@ -132,12 +134,8 @@ def closed_loop(seed, N=20_000):
     a = np.exp(-TS / T)
     u, y, total, x, u0 = np.empty(N), np.empty(N), 0.0, 400 - offset, (400 - offset) / K
     for t in range(N):
-        x = (
-            a * x
-            + K * (1 - a) * (u[t - 6] if t >= 6 else u0)
-            + e[t]
-            + (0.5 * e[t - 1] if t else 0.0)
-        )
+        v = e[t] + (0.5 * e[t - 1] if t else 0.0)
+        x = a * x + K * (1 - a) * (u[t - 6] if t >= 6 else u0) + v
         y[t] = x + offset
         total += Ki * TS * (r[t] - y[t])
         u[t] = u0 + Kp * (r[t] - y[t]) + total
@@ -156,7 +154,7 @@ def test_a_noise_model_takes_the_bias_of_a_closed_loop_away():
 
 @pytest.mark.slow
 def test_closed_loop_gains_and_times_are_unbiased():
-    """Issue 7: within 0.5 % in K and T; measured -.04 and -.04 % over 20 seeds, sd of the mean .22 and .27 %."""
+    """Issue 7: within 0.5 % in K and T; -.04 and -.04 % of 20 seeds, sd of the mean .22, .27."""
     fits = [pt.estimate.process(closed_loop(seed), "P1D", noise="arma") for seed in range(20)]
     errors = np.mean([fit.theta[:2] / [-5.939, 0.1491] - 1 for fit in fits], axis=0)
     assert (np.abs(errors) < 0.005).all(), errors
@@ -203,7 +201,7 @@ def test_an_integrator_has_a_drift_and_no_gain():
     assert "M01" in [note.code for note in fit.notes]
     assert fit.offset[0] == approx(0.7, rel=1e-6)
     assert np.abs(fit.predict(rec) - rec.y[:, 0])[30:].max() < 1e-7
-    assert fit.simulate(np.zeros(51), Ts=TS)[-1] == approx(0.7)
+    assert fit.simulate(np.zeros(51), Ts=TS)[-1] == approx(0.7, rel=1e-6)
 
 
 def test_an_inverse_response_is_named():
@@ -211,9 +209,10 @@ def test_an_inverse_response_is_named():
     assert "X12" in [note.code for note in fit.notes]
 
 
-def test_models_survive_a_round_trip():
-    fit = fitted("P2DU", [2.0, 0.15, 0.4, 0.107], sd=0.1)
-    assert pt.load(pt.save(fit.model)) == fit.model if hasattr(pt, "save") else True
+def test_models_survive_a_round_trip(tmp_path):
+    model = fitted("P2DU", [2.0, 0.15, 0.4, 0.107], sd=0.1).model
+    save_model(tmp_path / "model.json", model)
+    assert load_model(tmp_path / "model.json") == model
 
 
 @pytest.mark.parametrize("code", ["P4D", "p1d", "P1X", "P1U", "P0Z", "P2DD", ""])

@@ -117,9 +117,10 @@ class Fit:
         array([583.451, 583.451])
         """
         model, level = self._need_model(), self._level
+        y: Floats = model.simulate(u, Ts, x0)
         if isinstance(model, ProcessModel) and model.integrating:
-            return model.simulate(np.asarray(u, float) + level / model.K, Ts, x0)  # the drift
-        return model.simulate(u, Ts, x0) + level
+            return y + level * (Ts or 0.0) * np.arange(len(y))  # the drift
+        return y + level
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.

@@ -26,9 +26,10 @@ def process(
     rec : Record
         One output; segments and `valid` are honoured.
     code : str, or one per input
-        `P0` to `P3`, the number of lags, with any of the letters `D` a dead time, `Z` a zero, `I` an
-        integrator, `U` a pair `T^2 s^2 + 2 zeta T s + 1` in place of the first two lags: `P2DU`.
-        One code serves all inputs.
+        `P0` to `P3`, the number of lags, with any of the letters `D` a dead time, `Z` a zero,
+        `I` an integrator, `U` a pair `T^2 s^2 + 2 zeta T s + 1` in place of the first two lags:
+        `P2DU`.  One code serves all inputs.  Where y jumps with u (P0D, P1DZ) the dead time is
+        known to the sample.
     noise : "white", "arma" or (nc, nd)
         White noise on the output, or `v = C/D e` estimated with the plant; "arma" takes as many
         coefficients as the plant has poles.  Data from a closed loop need it.
@@ -58,9 +59,10 @@ def process(
     Notes
     -----
     Variable projection: gains, offset and the states of every segment are solved for linearly;
-    times, damping and dead times by Levenberg-Marquardt from several starts.  The dead time's
-    interval, and that of the `T` of a first order, come from the profile of the loss, which has kinks
-    at whole samples; the others from the delta rule.  Source 001, 3.5.6.
+    times, damping and dead times by Levenberg-Marquardt from several starts.  The interval of a
+    dead time, and that of the `T` of a first order, comes from the profile of the loss, which has
+    kinks at whole samples; of a pair of poles and of all others from the delta rule.  Source 001,
+    3.5.6.
 
     Examples
     --------
@@ -69,6 +71,7 @@ def process(
     >>> fit.theta.round(4), fit.offset.round(3)
     (array([-5.939 ,  0.1491,  0.107 ]), array([583.451]))
     >>> print(pt.estimate.process(pt.datasets.hair_dryer(), "P2D").model)
+    G(s) = 0.93674 e^(-0.157499 s) / ((0.254327 s + 1) (0.135369 s + 1))
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     codes = [code] * rec.u.shape[1] if isinstance(code, str) else list(code)

@@ -101,15 +101,15 @@ impl Problem<'_, '_> {
                 point.m[i] = m.min(point.history - 1);
             }
         }
-        let least = self.across(point, j, Stop::Within(share))?;
+        let least = self.held(point, j, Stop::Within(share))?;
         *from = least.clone();
         Some(least.cost)
     }
 
     /// Downhill with coordinate `j` held, other delays from cell to cell.
-    fn across(&self, point: Point, j: usize, stop: Stop) -> Option<Point> {
+    fn held(&self, point: Point, j: usize, stop: Stop) -> Option<Point> {
         let mut best = self.descend(point, stop, Some(j))?;
-        for i in (0..self.codes.len()).filter(|&i| self.codes[i].kinked()) {
+        for i in (0..self.codes.len()).filter(|&i| self.codes[i].kinked() && !self.codes[i].jumps()) {
             let Some(k) = self.place_of_L(i).filter(|&k| k != j) else { continue };
             for _ in 0..8 {
                 let m = best.m[i];

@@ -64,25 +64,33 @@ impl Problem<'_, '_> {
 
     /// A lower point on the other side of a bound on which a delay lies.
     fn beyond(&self, best: &Point) -> Option<Point> {
-        let across = |i: usize| {
-            let (L, m) = (best.x[self.place_of_L(i)?], best.m[i]);
-            let mut cells = best.m.clone();
-            if self.codes[i].kinked() {
-                cells[i] = match L - m as f64 {
-                    ..=0.0 if m > *self.cells().start() => m - 1,
-                    1.0.. if m < *self.cells().end() => m + 1,
-                    _ => return None,
-                };
-            } else if L < best.history as f64 - 1.0 || best.history > *self.cells().end() {
-                return None;
+        let delays = (0..self.codes.len()).filter(|&i| self.codes[i].delay);
+        delays.flat_map(|i| [(i, false), (i, true)]).find_map(|(i, up)| self.across(best, i, up))
+    }
+
+    /// The same for one delay, upwards or downwards.
+    fn across(&self, best: &Point, i: usize, up: bool) -> Option<Point> {
+        let (L, m) = (best.x[self.place_of_L(i)?], best.m[i]);
+        let f = L - m as f64;
+        let mut cells = best.m.clone();
+        match self.codes[i] {
+            code if code.kinked() => {
+                // An output that jumps tells its delay to the sample: every point is at a bound.
+                let leaves = code.jumps() || if up { f >= 1.0 } else { f <= 0.0 };
+                let room = if up { m < *self.cells().end() } else { m > *self.cells().start() };
+                if !(leaves && room) {
+                    return None;
+                }
+                cells[i] = if up { m + 1 } else { m - 1 };
             }
-            // Costs compare between cells as long as both leave the same rows.
-            let history = if cells[i] + 1 >= best.history { self.room(&cells) } else { best.history };
-            let point = Point { m: cells, history, ..best.clone() };
-            let next = self.descend(point, Stop::AtBound, None)?;
-            (history != best.history || next.cost < best.cost * (1.0 - 1e-12)).then_some(next)
-        };
-        (0..self.codes.len()).find_map(across)
+            _ if L < best.history as f64 - 1.0 || best.history > *self.cells().end() => return None,
+            _ => {}
+        }
+        // Costs compare between cells as long as both leave the same rows.
+        let history = if cells[i] + 1 >= best.history { self.room(&cells) } else { best.history };
+        let point = Point { m: cells, history, ..best.clone() };
+        let next = self.descend(point, Stop::AtBound, None)?;
+        (history != best.history || next.cost < best.cost * (1.0 - 1e-12)).then_some(next)
     }
 
     /// The cell of each delay.
@@ -112,7 +120,7 @@ impl Problem<'_, '_> {
             if let Some(j) = self.place_of_L(i) {
                 let cell = point.m[i] as f64;
                 bounds[j] = match code {
-                    _ if code.states() == 0 => (cell, cell),
+                    _ if code.jumps() => (cell, cell),
                     _ if code.kinked() => (cell.max(self.bounds.0), (cell + 1.0).min(self.bounds.1)),
                     _ => (self.bounds.0, self.bounds.1.min(point.history as f64 - 1.0)),
                 };

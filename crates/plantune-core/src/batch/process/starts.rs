@@ -77,7 +77,7 @@ impl Problem<'_, '_> {
                 break;
             }
         }
-        let within = if code.states() == 0 { 0.0 } else { 0.5 };
+        let within = if code.jumps() { 0.0 } else { 0.5 };
         let with_delay = |(shape, m)| [shape, vec![m as f64 + within; usize::from(code.delay)]].concat();
         places.into_iter().map(with_delay).collect()
     }

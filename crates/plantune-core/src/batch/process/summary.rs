@@ -78,10 +78,10 @@ impl Problem<'_, '_> {
         })
     }
 
-    /// Columns of the full triangle that data can tell apart: not the delay of a plant without states, whose
-    /// output does not change within a sample.
+    /// Columns of the full triangle that data can tell apart: not the delay where the output jumps with the
+    /// input, for within a sample it changes nothing that gain and zero do not.
     fn told_apart(&self) -> Vec<usize> {
-        let blind = (0..self.codes.len()).filter(|&i| self.codes[i].states() == 0);
+        let blind = (0..self.codes.len()).filter(|&i| self.codes[i].jumps());
         let blind: Vec<usize> = blind.filter_map(|i| self.place_of_L(i)).collect();
         let told = |&j: &usize| j < self.linear() || !blind.contains(&(j - self.linear()));
         (0..self.parameters()).filter(told).collect()
@@ -195,11 +195,11 @@ impl Problem<'_, '_> {
         for (i, code) in self.codes.iter().enumerate() {
             let own = self.own(i);
             let L = start + 1 + code.times();
-            let delay = self.place_of_L(i).filter(|_| !code.pair && code.states() > 0).map(|j| (L, j, Ts));
-            let lag = (code.kinked() && code.lags == 1 && !code.integrating)
+            let delay = self.place_of_L(i).filter(|_| !code.pair && !code.jumps()).map(|j| (L, j, Ts));
+            let lag = (code.kinked() && !code.jumps() && code.lags == 1 && !code.integrating)
                 .then(|| (start + 1, own.start, theta[start + 1]));
-            if code.delay && code.states() == 0 {
-                // The output changes at whole samples only.
+            if code.delay && code.jumps() {
+                // Known to the sample in which the jump is seen.
                 P[L * width + L] = Ts * Ts / 12.0;
                 intervals.push((names[L].clone(), (theta[L] - Ts).max(0.0), theta[L]));
             }
