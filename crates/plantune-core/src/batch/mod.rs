@@ -1,6 +1,7 @@
 //! Batch estimators: one method per file.
 
 mod arx;
+mod bootstrap;
 mod fit;
 mod least_squares;
 mod orders;
@@ -8,17 +9,24 @@ mod pem;
 mod poly_fit;
 mod process;
 mod sampling;
+mod sandwich;
 mod scores;
+mod sign_perturbed_arx;
+mod sign_perturbed_sums;
 mod step_modes;
 
 pub use arx::arx;
+pub use bootstrap::{Bootstrap, BootstrapOptions, bootstrap, spread};
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use least_squares::{LinearFit, least_squares};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
 pub use sampling::sampling;
+pub use sandwich::{Sandwich, sandwich};
 pub use scores::{Scores, scores};
+pub use sign_perturbed_arx::arx_contains;
+pub use sign_perturbed_sums::{SignPerturbedSums, sign_perturbed_sums};
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,

@@ -14,10 +14,12 @@
 use std::ops::Range;
 
 use super::arx::columns;
+use super::least_squares::RANK_TOLERANCE;
 use super::orders::Orders;
 use super::pem;
 use super::poly_fit::units;
 use crate::error::{Error, Result};
+use crate::linalg::solve;
 use crate::model::PolyModel;
 use crate::record::{Record, Scale};
 use crate::regress::Regression;
@@ -67,11 +69,31 @@ pub(super) struct Scaled {
     pub(super) y: Scale,
 }
 
+/// `theta`, then the offset where there is one, from a solution on scaled data.
+pub(super) fn unscaled(orders: &Orders, theta: &[f64], Ts: f64, (u, y): (&[Scale], Scale)) -> Vec<f64> {
+    let unit = units(orders, theta.len(), u, y);
+    let mut theta: Vec<f64> = theta.iter().zip(unit).map(|(t, unit)| t * unit).collect();
+    let n = orders.n();
+    if theta.len() > n {
+        let u0: Vec<f64> = u.iter().map(|u| u.zero).collect();
+        theta[n] = orders.model(&theta[..n], Ts).level(theta[n], &u0, y.zero).0;
+    }
+    theta
+}
+
+/// ARX anew: `theta`, then the offset.
+pub(super) fn estimate_arx(rec: &Record, orders: &Orders, offset: bool) -> Option<Vec<f64>> {
+    let regression = Regression::new(rec, 0, columns(orders, offset));
+    let every: Vec<usize> = (0..orders.n() + usize::from(offset)).collect();
+    let solution = solve(&regression.triangle(), &every, every.len(), RANK_TOLERANCE).ok()?;
+    Some(unscaled(orders, &solution.theta, rec.Ts, (&regression.u, regression.y)))
+}
+
 /// The scores of a model at the record it was fitted to; `offset` where `O` was estimated.
 pub fn scores(rec: &Record, model: &PolyModel, offset: Option<f64>, start: Start) -> Result<Scores> {
     let orders = Orders::of(model);
-    let is_arx = orders.nc + orders.nd + orders.nf.iter().sum::<usize>() == 0;
-    let scaled = if is_arx { arx(rec, &orders, model, offset) } else { pem::rows(rec, model, offset, start) };
+    let scaled =
+        if orders.is_arx() { arx(rec, &orders, model, offset) } else { pem::rows(rec, model, offset, start) };
     let scaled = scaled.filter(|s| s.parts.iter().any(|(_, rows)| !rows.is_empty())).ok_or_else(no_rows)?;
     Ok(scaled.in_units(&orders, model, offset))
 }
@@ -161,7 +183,7 @@ mod tests {
     use super::*;
     use crate::batch::{PemOptions, arx as fit_arx, pem as fit_pem};
     use crate::limits::Limits;
-    use crate::linalg::{Triangle, dot, solve, white};
+    use crate::linalg::{Triangle, dot, white};
     use crate::model::Model;
 
     /// `P` of the fit is `s^2 (psi' psi)^-1`, and the scores sum to zero: for ARX, OE, ARMAX and Box-Jenkins, with levels
@@ -200,7 +222,7 @@ mod tests {
             (Orders { nc: 1, nd: 1, ..Orders::oe(vec![1], vec![1], vec![2]) }, true),
         ] {
             let options = PemOptions { offset, start: Start::Estimate };
-            let fit = if orders.nc + orders.nd + orders.nf[0] == 0 {
+            let fit = if orders.is_arx() {
                 fit_arx(&rec, &orders, offset, &limits)
             } else {
                 fit_pem(&rec, &orders, options, &limits)

@@ -13,7 +13,7 @@ mod rows;
 mod starts;
 
 use self::predictor::Predictor;
-pub(super) use self::rows::rows;
+pub(super) use self::rows::{refit, rows};
 use super::fit::{Fit, Status};
 use super::orders::{Orders, copied_input, too_short};
 use super::poly_fit::Scaled;
