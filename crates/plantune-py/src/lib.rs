@@ -20,6 +20,7 @@ mod signal;
 mod sim;
 mod step_modes;
 mod tune;
+mod uncertainty;
 mod validate;
 mod values;
 
@@ -34,6 +35,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         model::register,
         sim::register,
         batch::register,
+        uncertainty::register,
         step_modes::register,
         recursive::register,
         bank::register,

@@ -10,7 +10,7 @@
 //! stay as they were. Each record is fitted anew, from the estimate itself.
 //!
 //! Künsch 1989; the length of a block is the best one for the variance of a mean of a first-order autoregression
-//! (Künsch 1989; Carlstein 1986 has `2 r/(1 - r^2)` for blocks that do not overlap).
+//! ([`Scores::memory`]; Carlstein 1986 has `2 r/(1 - r^2)` for blocks that do not overlap).
 
 use super::orders::Orders;
 use super::pem;
@@ -52,7 +52,7 @@ pub fn bootstrap(
 ) -> Result<Bootstrap> {
     let own = scores(rec, model, offset, start)?;
     let N = own.eps.len();
-    let block = options.block.unwrap_or_else(|| block_length(&own));
+    let block = options.block.unwrap_or_else(|| own.memory());
     if !(1..=N).contains(&block) {
         return Err(Error::argument("block", block, &format!("in [1, {N}], the number of residuals")));
     }
@@ -92,16 +92,6 @@ pub fn spread(estimates: &[Vec<f64>]) -> Vec<f64> {
         estimates.iter().map(|e| (e[i] - mean[i]) * (e[j] - mean[j])).sum::<f64>() / (count - 1.0)
     };
     (0..n * n).map(|ij| product(ij / n, ij % n)).collect()
-}
-
-/// The rule in the head of this file, at most a quarter of the residuals.
-fn block_length(scores: &Scores) -> usize {
-    let e = &scores.eps;
-    let pairs = scores.segments.iter().flat_map(|s| e[s.clone()].windows(2));
-    let r = pairs.map(|p| p[0] * p[1]).sum::<f64>() / e.iter().map(|e| e * e).sum::<f64>();
-    let r = if r.is_finite() { r.abs().min(0.99) } else { 0.0 };
-    let best = (6f64.sqrt() * r / (1.0 - r * r)).powf(2.0 / 3.0) * (e.len() as f64).cbrt();
-    (best.ceil() as usize).clamp(1, (e.len() / 4).max(1))
 }
 
 /// As many residuals, in blocks that may start anywhere.

@@ -6,10 +6,20 @@
 //! R = s^2 H H',  H = 1/A(q):   S = s^2 |H' psi|^2,  psi filtered backwards in time
 //! ```
 //!
-//! Sums over a fixed number of lags (Newey and West 1987) are too short for slow noise and too noisy for white.
-//! Huber 1967; Ljung 1999, (9.42); the autoregression after Berk 1974 and den Haan and Levin 1997.
+//! That holds where `psi` is of the input alone (output errors). Where it holds past noise (`A`, `C` or `D`), the
+//! products `g = psi eps` themselves are summed, `m` rows apart and less, with Bartlett's weights:
+//!
+//! ```text
+//! S = sum_{|k| <= m} (1 - |k|/(m + 1)) sum_t g(t) g(t-k)'
+//! ```
+//!
+//! Then the parameters themselves are off, and the interval is one around where they tend to.
+//!
+//! For output errors, sums over a fixed number of lags (Newey and West 1987) are too short for slow noise and too noisy for white.
+//! Huber 1967; Newey and West 1987, `m` after Andrews 1991; Ljung 1999, (9.42); the autoregression after Berk 1974 and den Haan and Levin 1997.
 
 use super::fit::standard_deviations;
+use super::orders::Orders;
 use super::scores::Scores;
 use crate::error::{Error, Result};
 use crate::linalg::{Triangle, residual_norm2, solve};
@@ -34,18 +44,22 @@ const RANK_TOLERANCE: f64 = 1e-12;
 pub struct Sandwich {
     /// Covariance of `theta`, then of the offset; row-major.
     pub P: Vec<f64>, // (n, n)
-    /// The autoregression, `1 + a1 q^-1 + …`.
-    pub A: Vec<f64>,
+    /// Order of the autoregression; absent where products were summed.
+    pub order: Option<usize>,
     /// Factor by which each standard deviation grew.
     pub widening: Vec<f64>, // (n)
 }
 
-/// The covariance of a fit from its scores.
-pub fn sandwich(scores: &Scores) -> Result<Sandwich> {
+/// The covariance of a fit of these orders from its scores.
+pub fn sandwich(scores: &Scores, orders: &Orders) -> Result<Sandwich> {
     let (n, N) = (scores.n(), scores.eps.len());
     let bread = inverse_gram(scores)?;
-    let (A, s2) = autoregression(scores)?;
-    let meat = meat(scores, &A, s2);
+    let (meat, order) = if orders.na + orders.nc + orders.nd == 0 {
+        let (A, s2) = autoregression(scores)?;
+        (filtered(scores, &A, s2), Some(A.len() - 1))
+    } else {
+        (summed(scores, scores.memory()), None)
+    };
     let share = N as f64 / N.saturating_sub(n + scores.states) as f64;
     let product = |X: &[f64], Y: &[f64]| -> Vec<f64> {
         (0..n * n).map(|ij| (0..n).map(|k| X[ij / n * n + k] * Y[k * n + ij % n]).sum()).collect()
@@ -55,7 +69,7 @@ pub fn sandwich(scores: &Scores) -> Result<Sandwich> {
     let s2 = scores.variance();
     let widening = standard_deviations(&P, n).into_iter().enumerate();
     let widening = widening.map(|(i, sd)| sd / (s2 * bread[i * n + i]).sqrt()).collect();
-    Ok(Sandwich { P, A, widening })
+    Ok(Sandwich { P, order, widening })
 }
 
 impl Sandwich {
@@ -63,12 +77,14 @@ impl Sandwich {
     pub fn note(&self) -> Note {
         let least = self.widening.iter().copied().fold(f64::INFINITY, f64::min);
         let most = self.widening.iter().copied().fold(0.0, f64::max);
-        let order = self.A.len() - 1;
+        let holds = match self.order {
+            Some(order) => format!("residuals that are an autoregression of order {order}"),
+            None => "residuals that are not white".to_owned(),
+        };
         let text = format!(
-            "standard deviations hold for residuals that are an autoregression of order {order}: \
-             {least:.2} to {most:.2} times those for white ones"
+            "standard deviations hold for {holds}: {least:.2} to {most:.2} times those for white ones"
         );
-        let note = Note::info("V12", text).count(order).measured(rounded(most), 1.0);
+        let note = Note::info("V12", text).measured(rounded(most), 1.0);
         if most > 1.2 { note.remedy("a noise model is better still: bj or armax") } else { note }
     }
 }
@@ -125,8 +141,34 @@ pub(super) fn autoregression(scores: &Scores) -> Result<(Vec<f64>, f64)> {
     Ok((if is_stable(&A) { A } else { reflected(&A) }, variance(order)))
 }
 
+/// `S` from the products of rows up to `m` apart.
+fn summed(scores: &Scores, m: usize) -> Vec<f64> {
+    let n = scores.n();
+    let g: Vec<f64> = scores
+        .psi
+        .chunks_exact(n)
+        .zip(&scores.eps)
+        .flat_map(|(psi, e)| psi.iter().map(move |p| p * e))
+        .collect();
+    let mut S = vec![0.0; n * n];
+    for s in &scores.segments {
+        for k in 0..=m.min(s.len() - 1) {
+            let weight = 1.0 - k as f64 / (m + 1) as f64;
+            for t in s.start + k..s.end {
+                let (now, then) = (&g[t * n..][..n], &g[(t - k) * n..][..n]);
+                for (ij, S) in S.iter_mut().enumerate() {
+                    let (i, j) = (ij / n, ij % n);
+                    let back = if k == 0 { 0.0 } else { now[j] * then[i] };
+                    *S += weight * (now[i] * then[j] + back);
+                }
+            }
+        }
+    }
+    S
+}
+
 /// `S = s^2 |H' psi|^2`; what the columns would have been before a segment counts as well.
-fn meat(scores: &Scores, A: &[f64], s2: f64) -> Vec<f64> {
+fn filtered(scores: &Scores, A: &[f64], s2: f64) -> Vec<f64> {
     let n = scores.n();
     let mut S = vec![0.0; n * n];
     for s in &scores.segments {
@@ -171,7 +213,7 @@ mod tests {
         let (N, n) = (60, 2);
         let scores = of(white(N * n, 1), white(N, 2));
         let A = [1.0, -0.9, 0.3];
-        let S = meat(&scores, &A, 2.0);
+        let S = filtered(&scores, &A, 2.0);
         let h = impulse(&[1.0], &A, 400);
         let r = |k: usize| 2.0 * dot(&h[k..], &h[..400 - k]);
         for (ij, S) in S.iter().enumerate() {
@@ -195,7 +237,8 @@ mod tests {
     fn a_mean_of_slow_noise_is_as_unsure_as_it_is() {
         let mut e = white(20_000, 5);
         divide(&[1.0, -0.8], &mut e);
-        let found = sandwich(&of(vec![1.0; 20_000], e)).expect("rows");
+        let found =
+            sandwich(&of(vec![1.0; 20_000], e), &Orders::oe(vec![1], vec![0], vec![0])).expect("rows");
         assert!((found.P[0] * 20_000.0 / 25.0 - 1.0).abs() < 0.1, "{}", found.P[0]);
         assert!((found.widening[0] - 3.0).abs() < 0.2, "sqrt((1 + a)/(1 - a)): {:?}", found.widening);
         assert!(found.note().text.contains("order 1"));

@@ -51,6 +51,18 @@ impl Scores {
         &self.psi[t * self.n()..][..self.n()]
     }
 
+    /// Rows over which residuals remember, `(sqrt(6) r/(1 - r^2))^(2/3) N^(1/3)` with `r` the correlation of neighbours,
+    /// at most a quarter of them: the best length of a block, and of a sum with Bartlett's weights, where they are a
+    /// first-order autoregression (Künsch 1989; Andrews 1991).
+    pub fn memory(&self) -> usize {
+        let e = &self.eps;
+        let pairs = self.segments.iter().flat_map(|s| e[s.clone()].windows(2));
+        let r = pairs.map(|p| p[0] * p[1]).sum::<f64>() / e.iter().map(|e| e * e).sum::<f64>();
+        let r = if r.is_finite() { r.abs().min(0.99) } else { 0.0 };
+        let best = (6f64.sqrt() * r / (1.0 - r * r)).powf(2.0 / 3.0) * (e.len() as f64).cbrt();
+        (best.ceil() as usize).clamp(1, (e.len() / 4).max(1))
+    }
+
     /// `s^2 = RSS / (N - n - states)`.
     pub fn variance(&self) -> f64 {
         let rss: f64 = self.eps.iter().map(|e| e * e).sum();

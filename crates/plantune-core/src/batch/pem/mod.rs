@@ -15,11 +15,12 @@ mod starts;
 use self::predictor::Predictor;
 pub(super) use self::rows::{refit, rows};
 use super::fit::{Fit, Status};
+use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
 use super::poly_fit::Scaled;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::linalg::{Minimum, RankDeficient, Residuals, minimise, solve};
+use crate::linalg::{Minimum, RankDeficient, Residuals, Solution, minimise, solve};
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::sim::Start;
@@ -75,7 +76,7 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
     };
     let mut fit = scaled.fit(orders, rec.Ts, limits);
     fit.names = orders.names(rec);
-    fit.expected_digits = vec![15.0 + solution.ratio.log10(); orders.n()];
+    fit.expected_digits = digits(&uncertain_by(&best, &solution)[..orders.n()], &best.theta);
     fit.x0 = predictor.x0();
     fit.status = if best.converged { Status::Converged } else { Status::NotConverged };
     if !best.converged {
@@ -83,6 +84,12 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
         fit.notes.push(Note::warning("N05", text).remedy("ask for lower orders, or record longer"));
     }
     fit.finite()
+}
+
+/// What rounding leaves open of each parameter, and the step that the search did not take any more.
+fn uncertain_by(best: &Minimum, step: &Solution) -> Vec<f64> {
+    let rounding = rounding(&best.triangle, step, &best.theta, best.cost);
+    rounding.iter().zip(&step.theta).map(|(r, step)| r + step.abs()).collect()
 }
 
 /// The least of the minima that the starts lead to.
