@@ -28,6 +28,14 @@ class Bootstrap:
         Of the columns.
     block : int
         Residuals in a block.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> rec = pt.datasets.hair_dryer()
+    >>> drawn = pt.estimate.bootstrap(rec, pt.estimate.oe(rec, 2, 2, 3), runs=20)
+    >>> drawn.estimates.shape, drawn.block
+    ((20, 5), 57)
     """
 
     fit: Fit

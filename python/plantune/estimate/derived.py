@@ -24,7 +24,14 @@ if TYPE_CHECKING:
 
 
 class Curve(NamedTuple):
-    """Values and their standard deviations, point by point."""
+    """Values and their standard deviations, point by point.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3).step([2.0]).sd.round(3)
+    array([0.004])
+    """
 
     value: Floats
     sd: Floats
@@ -70,7 +77,15 @@ class Derived:
 
 
 class Root(NamedTuple):
-    """A pole or zero, with the covariance of its real and imaginary part."""
+    """A pole or zero, with the covariance of its real and imaginary part.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> pole = pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3).poles()[0]
+    >>> round(pole.value.real, 3), round(pole.sd_real, 4)
+    (0.73, 0.0094)
+    """
 
     value: complex
     P: Floats

@@ -30,6 +30,13 @@ class Region:
         The ellipsoid is `(theta - theta_hat)' phi' phi (theta - theta_hat) <= radius`.
     phi, y, m, q, seed
         What the region was asked for.
+
+    Examples
+    --------
+    >>> import numpy as np, plantune as pt
+    >>> region = pt.estimate.sps(np.ones(20), np.arange(20.0))
+    >>> region.contains(region.theta), region.confidence
+    (True, 0.95)
     """
 
     theta: Floats

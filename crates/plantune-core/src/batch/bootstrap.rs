@@ -130,7 +130,6 @@ mod tests {
     use crate::batch::{PemOptions, arx, pem as fit_pem};
     use crate::limits::Limits;
     use crate::linalg::white;
-    use crate::model::Model;
 
     /// Where the residuals are white, the spread over drawn records is the covariance of the fit.
     #[test]
@@ -149,7 +148,7 @@ mod tests {
                 fit_pem(&rec, &orders, options, &limits)
             }
             .expect("a fit");
-            let Model::Poly(model) = &fit.model else { panic!("polynomials") };
+            let model = &orders.model(&fit.theta, rec.Ts);
             let options = BootstrapOptions { runs: 400, block: Some(1), seed: 1 };
             let found = bootstrap(&rec, model, Some(fit.offset), Start::Estimate, &options).expect("runs");
             let P = spread(&found.estimates);

@@ -204,7 +204,7 @@ mod tests {
 
     fn of(psi: Vec<f64>, eps: Vec<f64>) -> Scores {
         let N = eps.len();
-        Scores { psi, eps, rows: (0..N).collect(), segments: vec![0..N], states: 0 }
+        Scores { psi, eps, rows: (0..N).collect(), segments: std::iter::once(0..N).collect(), states: 0 }
     }
 
     /// `psi' R psi` by the sum over all pairs of rows.

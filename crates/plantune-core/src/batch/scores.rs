@@ -164,14 +164,14 @@ impl Scaled {
         let mut scores =
             Scores { psi: vec![], eps: vec![], rows: vec![], segments: vec![], states: self.states };
         for (columns, rows) in self.parts {
-            for k in 0..rows.len() {
+            (0..rows.len()).for_each(|k| {
                 let first = scores.psi.len();
                 scores.psi.extend((0..all).map(|j| columns[j][k] / (self.y.factor * unit[j])));
                 if let Some(gradient) = &gradient {
                     at_constant_offset(&mut scores.psi[first..], gradient);
                 }
                 scores.eps.push(columns[all][k] / self.y.factor);
-            }
+            });
             for run in rows.chunk_by(|a, b| a + 1 == *b) {
                 let start = scores.rows.len();
                 scores.rows.extend(run);
@@ -196,7 +196,6 @@ mod tests {
     use crate::batch::{PemOptions, arx as fit_arx, pem as fit_pem};
     use crate::limits::Limits;
     use crate::linalg::{Triangle, dot, white};
-    use crate::model::Model;
 
     /// `P` of the fit is `s^2 (psi' psi)^-1`, and the scores sum to zero: for ARX, OE, ARMAX and Box-Jenkins, with levels
     /// far from zero, two stretches and a hole.
@@ -240,7 +239,7 @@ mod tests {
                 fit_pem(&rec, &orders, options, &limits)
             }
             .expect("a fit");
-            let Model::Poly(model) = &fit.model else { panic!("polynomials") };
+            let model = &orders.model(&fit.theta, rec.Ts);
             let scores = scores(&rec, model, offset.then_some(fit.offset), Start::Estimate).expect("rows");
             let (n, N) = (scores.n(), scores.eps.len());
             assert_eq!((N, scores.rows.len(), scores.segments.len()), (fit.N, fit.N, 3), "{orders}");

@@ -86,10 +86,12 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
     fit.finite()
 }
 
-/// What rounding leaves open of each parameter, and the step that the search did not take any more.
+/// What rounding leaves open of each parameter, and the longest step that the slope left at the end allows.
 fn uncertain_by(best: &Minimum, step: &Solution) -> Vec<f64> {
+    let n = best.theta.len();
+    let left = best.slope * best.cost.sqrt();
     let rounding = rounding(&best.triangle, step, &best.theta, best.cost);
-    rounding.iter().zip(&step.theta).map(|(r, step)| r + step.abs()).collect()
+    rounding.iter().enumerate().map(|(i, r)| r + left * step.inverse_gram[i * n + i].sqrt()).collect()
 }
 
 /// The least of the minima that the starts lead to.
