@@ -428,6 +428,62 @@ def srivc(
 ) -> Fields:
     """Fields of `Fit` but `method source Ts`; `orders` are `n, nb`, `L` bounds the delay."""
 
+def derived_quantities(model: Model, P: Floats) -> list[tuple[str, float, float]]:
+    """Name, value and standard deviation of what follows from the parameters; `P` is flat."""
+
+def roots_with_sd(
+    model: Model, P: Floats, zeros_from: int | None
+) -> list[tuple[float, float, list[float]]]:
+    """Real and imaginary part of the poles, or of the zeros from an input, and their covariance."""
+
+def step_with_sd(model: Model, P: Floats, input: int, t: Floats) -> Band:
+    """Return the unit step response and its standard deviation."""
+
+def bode_with_sd(model: Model, P: Floats, input: int, w: Floats) -> tuple[Band, Band]:
+    """Magnitude and phase in degrees, each with its standard deviation."""
+
+def scores(
+    rec: Record, model: Model, offset: float | None, x0: str, limits: Limits
+) -> tuple[Floats, Floats, list[int]]:
+    """`psi = -d eps/d(theta, O)` (N, n), `eps` (N) and the rows of the record."""
+
+def sandwich(
+    rec: Record, model: Model, offset: float | None, x0: str, limits: Limits
+) -> tuple[Floats, Floats, Fields]:
+    """Covariance, the standard deviations of `theta`, and a note."""
+
+def bootstrap(
+    rec: Record,
+    model: Model,
+    offset: float | None,
+    x0: str,
+    runs: int,
+    block: int | None,
+    seed: int,
+    limits: Limits,
+) -> Fields:
+    """`estimates` (runs, m), `low`, `high`, `block`, and their spread `P`, `sd`."""
+
+def sign_perturbed_sums(
+    phi: Floats, y: Floats, sizes: tuple[int, int], seed: int
+) -> tuple[Floats, Floats, float]:
+    """Estimate, half widths of the ellipsoid around the region, its radius; `sizes` is m, q."""
+
+def sps_contains(
+    phi: Floats, y: Floats, thetas: list[list[float]], sizes: tuple[int, int], seed: int
+) -> list[bool]:
+    """Which of `thetas` are inside the region."""
+
+def sps_arx_contains(
+    rec: Record,
+    model: Model,
+    thetas: list[list[float]],
+    sizes: tuple[int, int],
+    seed: int,
+    limits: Limits,
+) -> list[bool]:
+    """Which of `thetas` are inside, for the orders of an ARX model."""
+
 def areas(rec: Record, step_at: float | None, limits: Limits) -> tuple[float, float, float]:
     """`K, T, L` from the areas under a step response."""
 

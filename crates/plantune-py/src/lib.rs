@@ -23,6 +23,7 @@ mod sim;
 mod step_modes;
 mod terms;
 mod tune;
+mod uncertainty;
 mod validate;
 mod values;
 
@@ -40,6 +41,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         forecast::register,
         batch::register,
         terms::register,
+        uncertainty::register,
         step_modes::register,
         recursive::register,
         bank::register,

@@ -5,7 +5,9 @@ from plantune.estimate.areas import areas
 from plantune.estimate.armax import armax
 from plantune.estimate.arx import arx
 from plantune.estimate.bj import bj
+from plantune.estimate.bootstrap import Bootstrap, bootstrap
 from plantune.estimate.candidates import candidates
+from plantune.estimate.derived import Curve, Derived, Root
 from plantune.estimate.fit import Fit
 from plantune.estimate.forecast import Forecast
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
@@ -13,14 +15,21 @@ from plantune.estimate.least_squares import least_squares
 from plantune.estimate.oe import oe
 from plantune.estimate.poly import poly
 from plantune.estimate.process import process
+from plantune.estimate.sandwich import sandwich
 from plantune.estimate.saved import load_fit, save_fit
+from plantune.estimate.sps import Region, sps, sps_arx
 from plantune.estimate.srivc import srivc
 from plantune.estimate.step_modes import StepModes, idt
 
 __all__ = [
+    "Bootstrap",
+    "Curve",
+    "Derived",
     "Fit",
     "Forecast",
     "IdtCriterion",
+    "Region",
+    "Root",
     "StepModes",
     "ararmax",
     "ararx",
@@ -28,6 +37,7 @@ __all__ = [
     "armax",
     "arx",
     "bj",
+    "bootstrap",
     "candidates",
     "idt",
     "idt_criterion",
@@ -36,6 +46,9 @@ __all__ = [
     "oe",
     "poly",
     "process",
+    "sandwich",
     "save_fit",
+    "sps",
+    "sps_arx",
     "srivc",
 ]

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from plantune import _core
 from plantune.errors import refusal
+from plantune.estimate.derived import Curve, Derived, Root, bode, derived, roots, step
 from plantune.estimate.equation import equation
 from plantune.estimate.forecast import Forecast
 from plantune.models import (
@@ -233,6 +234,74 @@ class Fit:
         i = self.names.index(name)
         return float(self.theta[i] - 1.96 * self.sd[i]), float(self.theta[i] + 1.96 * self.sd[i])
 
+    def derived(self) -> Derived:
+        """Return gain, time constants, dampings and what else follows, each with its sd.
+
+        The delta rule; `T = -Ts/ln z` of a real pole, `w_n` and `zeta` of a pair.  METHODS 2.4.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> print(pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3).derived())
+        K       0.936 ± 0.00444
+        T1     0.2541 ± 0.0104
+        T2     0.1356 ± 0.00962
+        """
+        self._need_model()
+        return derived(self)
+
+    def poles(self) -> tuple[Root, ...]:
+        """Return the poles, each with the covariance of its real and imaginary part.
+
+        In `z` of a polynomial model, else in 1/s.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> print(pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3).poles()[0])
+        0.7299 ± 0.00943
+        """
+        self._need_model()
+        return roots(self, None)
+
+    def zeros(self, input: int = 0) -> tuple[Root, ...]:
+        """Return the zeros from an input, as `poles`."""
+        self._need_model()
+        return roots(self, input)
+
+    def step(self, t: ArrayLike, input: int = 0) -> Curve:
+        """Return the response to a unit step of the input at times `t` (s), and its sd.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> y, sd = pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3).step([0.4, 2.0])
+        >>> y.round(2), sd.round(3)
+        (array([0.34, 0.93]), array([0.002, 0.004]))
+        """
+        self._need_model()
+        return step(self, t, input)
+
+    def bode(self, w: ArrayLike, input: int = 0) -> tuple[Curve, Curve]:
+        """Return magnitude, and phase in degrees, at `w` rad/s, each with its sd.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> magnitude, phase = pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3).bode([1.0])
+        >>> magnitude.value.round(3), magnitude.sd.round(4)
+        (array([0.899]), array([0.0037]))
+        >>> phase.value.round(1), phase.sd.round(2)
+        (array([-33.3]), array([0.16]))
+        """
+        self._need_model()
+        return bode(self, w, input)
+
+    @property
+    def flat_P(self) -> Floats:
+        """The covariance as the core reads it."""
+        return np.ascontiguousarray(self.P).reshape(-1)
+
     @property
     def drawn_from(self) -> tuple[Any, Floats, int, float, float | None]:
         """What the core draws models from: model, flat covariance, rows, loss, sample time."""
@@ -272,7 +341,22 @@ class Fit:
 
 def flat(fit: Fit) -> Floats:
     """Return the covariance as the core reads it."""
-    return np.ascontiguousarray(fit.P).reshape(-1)
+    return fit.flat_P
+
+
+def refit_arguments(rec: Record, fit: Fit) -> tuple[Any, float | None, str]:
+    """Return model, offset and start of a fit, from which the core predicts the record again."""
+    model = fit.model
+    if not isinstance(model, PolyModel):
+        raise refusal(
+            "U01", f"`fit` is of {fit.method}", remedy="fit a polynomial model, such as oe or arx"
+        )
+    if rec.source != fit.source:
+        raise refusal(
+            "U01", "`rec` is not the record of the fit", remedy="give the record it was fitted to"
+        )
+    offset = float(fit.offset[0]) if len(fit.P) > len(fit.theta) else None
+    return model, offset, "estimate" if fit.x0.shape[1] else "zero"
 
 
 def fit_from_core(

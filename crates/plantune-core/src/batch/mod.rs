@@ -1,6 +1,7 @@
 //! Batch estimators: one method per file.
 
 mod arx;
+mod bootstrap;
 mod fit;
 mod huber;
 mod least_squares;
@@ -10,12 +11,16 @@ mod pem;
 mod poly_fit;
 mod process;
 mod sampling;
+mod sandwich;
 mod scores;
 mod srivc;
+mod sign_perturbed_arx;
+mod sign_perturbed_sums;
 mod step_modes;
 mod term_arx;
 
 pub use arx::arx;
+pub use bootstrap::{Bootstrap, BootstrapOptions, bootstrap, spread};
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use huber::robust;
 pub use least_squares::{LinearFit, least_squares};
@@ -24,8 +29,11 @@ pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{Code, ProcessOptions, p1d, process};
 pub use sampling::sampling;
+pub use sandwich::{Sandwich, sandwich};
 pub use scores::{Scores, scores};
 pub use srivc::{SrivcOptions, srivc};
+pub use sign_perturbed_arx::arx_contains;
+pub use sign_perturbed_sums::{SignPerturbedSums, sign_perturbed_sums};
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,

@@ -81,6 +81,11 @@ impl Orders {
         }
     }
 
+    /// Whether the one-step error is linear in the coefficients.
+    pub fn is_arx(&self) -> bool {
+        self.nc + self.nd + self.nf.iter().sum::<usize>() == 0
+    }
+
     /// Number of coefficients.
     pub fn n(&self) -> usize {
         self.na + self.nb.iter().sum::<usize>() + self.nc + self.nd + self.nf.iter().sum::<usize>()

@@ -14,10 +14,12 @@
 use std::ops::Range;
 
 use super::arx::columns;
+use super::least_squares::RANK_TOLERANCE;
 use super::orders::Orders;
 use super::pem;
 use super::poly_fit::units;
 use crate::error::{Error, Result};
+use crate::linalg::solve;
 use crate::model::PolyModel;
 use crate::record::{Record, Scale};
 use crate::regress::Regression;
@@ -49,6 +51,18 @@ impl Scores {
         &self.psi[t * self.n()..][..self.n()]
     }
 
+    /// Rows over which residuals remember, `(sqrt(6) r/(1 - r^2))^(2/3) N^(1/3)` with `r` the correlation of neighbours,
+    /// at most a quarter of them: the best length of a block, and of a sum with Bartlett's weights, where they are a
+    /// first-order autoregression (Künsch 1989; Andrews 1991).
+    pub fn memory(&self) -> usize {
+        let e = &self.eps;
+        let pairs = self.segments.iter().flat_map(|s| e[s.clone()].windows(2));
+        let r = pairs.map(|p| p[0] * p[1]).sum::<f64>() / e.iter().map(|e| e * e).sum::<f64>();
+        let r = if r.is_finite() { r.abs().min(0.99) } else { 0.0 };
+        let best = (6f64.sqrt() * r / (1.0 - r * r)).powf(2.0 / 3.0) * (e.len() as f64).cbrt();
+        (best.ceil() as usize).clamp(1, (e.len() / 4).max(1))
+    }
+
     /// `s^2 = RSS / (N - n - states)`.
     pub fn variance(&self) -> f64 {
         let rss: f64 = self.eps.iter().map(|e| e * e).sum();
@@ -67,11 +81,31 @@ pub(super) struct Scaled {
     pub(super) y: Scale,
 }
 
+/// `theta`, then the offset where there is one, from a solution on scaled data.
+pub(super) fn unscaled(orders: &Orders, theta: &[f64], Ts: f64, (u, y): (&[Scale], Scale)) -> Vec<f64> {
+    let unit = units(orders, theta.len(), u, y);
+    let mut theta: Vec<f64> = theta.iter().zip(unit).map(|(t, unit)| t * unit).collect();
+    let n = orders.n();
+    if theta.len() > n {
+        let u0: Vec<f64> = u.iter().map(|u| u.zero).collect();
+        theta[n] = orders.model(&theta[..n], Ts).level(theta[n], &u0, y.zero).0;
+    }
+    theta
+}
+
+/// ARX anew: `theta`, then the offset.
+pub(super) fn estimate_arx(rec: &Record, orders: &Orders, offset: bool) -> Option<Vec<f64>> {
+    let regression = Regression::new(rec, 0, columns(orders, offset));
+    let every: Vec<usize> = (0..orders.n() + usize::from(offset)).collect();
+    let solution = solve(&regression.triangle(), &every, every.len(), RANK_TOLERANCE).ok()?;
+    Some(unscaled(orders, &solution.theta, rec.Ts, (&regression.u, regression.y)))
+}
+
 /// The scores of a model at the record it was fitted to; `offset` where `O` was estimated.
 pub fn scores(rec: &Record, model: &PolyModel, offset: Option<f64>, start: Start) -> Result<Scores> {
     let orders = Orders::of(model);
-    let is_arx = orders.nc + orders.nd + orders.nf.iter().sum::<usize>() == 0;
-    let scaled = if is_arx { arx(rec, &orders, model, offset) } else { pem::rows(rec, model, offset, start) };
+    let scaled =
+        if orders.is_arx() { arx(rec, &orders, model, offset) } else { pem::rows(rec, model, offset, start) };
     let scaled = scaled.filter(|s| s.parts.iter().any(|(_, rows)| !rows.is_empty())).ok_or_else(no_rows)?;
     Ok(scaled.in_units(&orders, model, offset))
 }
@@ -130,14 +164,14 @@ impl Scaled {
         let mut scores =
             Scores { psi: vec![], eps: vec![], rows: vec![], segments: vec![], states: self.states };
         for (columns, rows) in self.parts {
-            for k in 0..rows.len() {
+            (0..rows.len()).for_each(|k| {
                 let first = scores.psi.len();
                 scores.psi.extend((0..all).map(|j| columns[j][k] / (self.y.factor * unit[j])));
                 if let Some(gradient) = &gradient {
                     at_constant_offset(&mut scores.psi[first..], gradient);
                 }
                 scores.eps.push(columns[all][k] / self.y.factor);
-            }
+            });
             for run in rows.chunk_by(|a, b| a + 1 == *b) {
                 let start = scores.rows.len();
                 scores.rows.extend(run);
@@ -161,8 +195,7 @@ mod tests {
     use super::*;
     use crate::batch::{PemOptions, arx as fit_arx, pem as fit_pem};
     use crate::limits::Limits;
-    use crate::linalg::{Triangle, dot, solve, white};
-    use crate::model::Model;
+    use crate::linalg::{Triangle, dot, white};
 
     /// `P` of the fit is `s^2 (psi' psi)^-1`, and the scores sum to zero: for ARX, OE, ARMAX and Box-Jenkins, with levels
     /// far from zero, two stretches and a hole.
@@ -200,13 +233,13 @@ mod tests {
             (Orders { nc: 1, nd: 1, ..Orders::oe(vec![1], vec![1], vec![2]) }, true),
         ] {
             let options = PemOptions { offset, start: Start::Estimate };
-            let fit = if orders.nc + orders.nd + orders.nf[0] == 0 {
+            let fit = if orders.is_arx() {
                 fit_arx(&rec, &orders, offset, &limits)
             } else {
                 fit_pem(&rec, &orders, options, &limits)
             }
             .expect("a fit");
-            let Model::Poly(model) = &fit.model else { panic!("polynomials") };
+            let model = &orders.model(&fit.theta, rec.Ts);
             let scores = scores(&rec, model, offset.then_some(fit.offset), Start::Estimate).expect("rows");
             let (n, N) = (scores.n(), scores.eps.len());
             assert_eq!((N, scores.rows.len(), scores.segments.len()), (fit.N, fit.N, 3), "{orders}");

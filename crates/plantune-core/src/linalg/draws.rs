@@ -16,7 +16,7 @@ pub fn normal_draws(mean: &[f64], covariance: &[f64], count: usize, seed: u64) -
     let eigen = SymmetricEigen::new(correlation);
     let roots = eigen.eigenvalues.map(|v| v.max(0.0).sqrt());
     let factor = &eigen.eigenvectors * DMatrix::from_diagonal(&roots);
-    let mut random = SplitMix(seed);
+    let mut random = Random::new(seed);
     let mut draws = Vec::with_capacity(count);
     while draws.len() < count {
         let z: Vec<f64> = (0..n).map(|_| random.normal()).collect();
@@ -31,12 +31,13 @@ pub fn normal_draws(mean: &[f64], covariance: &[f64], count: usize, seed: u64) -
 }
 
 /// The splitmix64 generator (Steele, Lea and Flood 2014).
-pub struct SplitMix(u64);
+#[derive(Clone, Debug)]
+pub struct Random(u64);
 
-impl SplitMix {
-    /// The sequence of a seed.
+impl Random {
+    /// The same numbers for the same seed.
     pub fn new(seed: u64) -> Self {
-        SplitMix(seed)
+        Random(seed)
     }
 
     fn next(&mut self) -> u64 {
@@ -52,6 +53,25 @@ impl SplitMix {
         ((self.next() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
     }
 
+    /// A whole number from 0 to `count - 1`.
+    pub fn below(&mut self, count: usize) -> usize {
+        ((self.uniform() * count as f64) as usize).min(count - 1)
+    }
+
+    /// 1 or -1, as likely.
+    pub fn sign(&mut self) -> f64 {
+        if self.next() >> 63 == 0 { 1.0 } else { -1.0 }
+    }
+
+    /// The numbers from 0 to `count - 1` in random order (Fisher and Yates).
+    pub fn permutation(&mut self, count: usize) -> Vec<usize> {
+        let mut all: Vec<usize> = (0..count).collect();
+        for k in (1..count).rev() {
+            all.swap(k, self.below(k + 1));
+        }
+        all
+    }
+
     /// Standard normal, Box and Muller.
     fn normal(&mut self) -> f64 {
         let radius = (-2.0 * self.uniform().ln()).sqrt();
@@ -62,7 +82,7 @@ impl SplitMix {
 /// `n` independent standard normal numbers, for tests.
 #[cfg(test)]
 pub fn white(n: usize, seed: u64) -> Vec<f64> {
-    let mut random = SplitMix(seed);
+    let mut random = Random::new(seed);
     (0..n).map(|_| random.normal()).collect()
 }
 

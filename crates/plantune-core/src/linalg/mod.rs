@@ -20,7 +20,7 @@ mod square;
 pub use congruence::congruence;
 #[cfg(test)]
 pub use draws::white;
-pub use draws::{SplitMix, normal_draws};
+pub use draws::{Random, normal_draws};
 pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};
 pub use forward::forward;
 pub use gram::Gram;

@@ -16,14 +16,15 @@ mod search;
 mod starts;
 
 use self::predictor::Predictor;
-pub(super) use self::rows::rows;
+pub(super) use self::rows::{refit, rows};
 use self::search::global_minimum;
 use super::fit::{Fit, Status};
+use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
 use super::poly_fit::Scaled;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::linalg::{RankDeficient, solve};
+use crate::linalg::{Minimum, RankDeficient, Solution, solve};
 use crate::note::{Note, Place};
 use crate::record::Record;
 use crate::sim::Start;
@@ -76,7 +77,7 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
     };
     let mut fit = scaled.fit(orders, rec.Ts, limits);
     fit.names = orders.names(rec);
-    fit.expected_digits = vec![15.0 + solution.ratio.log10(); orders.n()];
+    fit.expected_digits = digits(&uncertain_by(&best, &solution)[..orders.n()], &best.theta);
     fit.x0 = predictor.x0();
     fit.status = if best.converged { Status::Converged } else { Status::NotConverged };
     if !best.converged {
@@ -84,6 +85,14 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
         fit.notes.push(Note::warning("N05", text).remedy("ask for lower orders, or record longer"));
     }
     fit.finite()
+}
+
+/// What rounding leaves open of each parameter, and the longest step that the slope left at the end allows.
+fn uncertain_by(best: &Minimum, step: &Solution) -> Vec<f64> {
+    let n = best.theta.len();
+    let left = best.slope * best.cost.sqrt();
+    let rounding = rounding(&best.triangle, step, &best.theta, best.cost);
+    rounding.iter().enumerate().map(|(i, r)| r + left * step.inverse_gram[i * n + i].sqrt()).collect()
 }
 
 /// X11 where inputs copy each other; else X10: parameters that the data do not tell apart.

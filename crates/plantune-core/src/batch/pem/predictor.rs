@@ -20,6 +20,7 @@
 use std::ops::Range;
 
 use super::super::orders::Orders;
+use super::super::scores::Part;
 use super::layout::Layout;
 use super::lines::Lines;
 use crate::linalg::{
@@ -215,7 +216,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
 
     /// The rows `[psi | eps]` at `theta` of each stretch, column by column, less what its initial state explains;
     /// and which rows of the record they are.
-    pub(super) fn rows(&mut self, theta: &[f64]) -> Option<Vec<(Vec<Vec<f64>>, Vec<usize>)>> {
+    pub(super) fn rows(&mut self, theta: &[f64]) -> Option<Vec<Part>> {
         self.restart();
         self.linearise(theta)?;
         self.x0 = self.best.take()?.x0(theta);

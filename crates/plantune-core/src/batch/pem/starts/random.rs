@@ -4,13 +4,13 @@
 //! that the same record always gives the same fit.
 
 use super::super::predictor::Predictor;
-use crate::linalg::SplitMix;
+use crate::linalg::Random;
 use crate::poly::product;
 
 /// `theta` with zeros for what follows by least squares.
 pub(super) fn random(predictor: &Predictor, seed: u64) -> Vec<f64> {
     let orders = predictor.orders();
-    let mut draws = SplitMix::new(seed);
+    let mut draws = Random::new(seed);
     let mut model = orders.model(&vec![0.0; orders.n()], 1.0);
     model.C = monic(orders.nc, &mut draws);
     model.D = monic(orders.nd, &mut draws);
@@ -18,7 +18,7 @@ pub(super) fn random(predictor: &Predictor, seed: u64) -> Vec<f64> {
     model.theta()
 }
 
-fn monic(n: usize, draws: &mut SplitMix) -> Vec<f64> {
+fn monic(n: usize, draws: &mut Random) -> Vec<f64> {
     let mut p = vec![1.0];
     let mut between = |low: f64, high: f64| low + (high - low) * draws.uniform();
     while p.len() <= n {

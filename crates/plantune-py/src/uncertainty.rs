@@ -1,0 +1,230 @@
+//! What stands behind the numbers of a fit.
+
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use plantune_core::batch::{self, BootstrapOptions, Orders, SignPerturbedSums, standard_deviations};
+use plantune_core::model::derived::{self, Covariance, Curve};
+use plantune_core::model::{Model, PolyModel};
+use plantune_core::stats::quantile;
+use plantune_core::{Error, Limits, tune};
+use pyo3::prelude::*;
+
+use crate::error::Outcome;
+use crate::model::ModelIn;
+use crate::note::NoteOut;
+use crate::sim::start;
+use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
+
+pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add_function(wrap_pyfunction!(derived_quantities, m)?)?;
+    m.add_function(wrap_pyfunction!(roots_with_sd, m)?)?;
+    m.add_function(wrap_pyfunction!(step_with_sd, m)?)?;
+    m.add_function(wrap_pyfunction!(bode_with_sd, m)?)?;
+    m.add_function(wrap_pyfunction!(scores, m)?)?;
+    m.add_function(wrap_pyfunction!(sandwich, m)?)?;
+    m.add_function(wrap_pyfunction!(bootstrap, m)?)?;
+    m.add_function(wrap_pyfunction!(sign_perturbed_sums, m)?)?;
+    m.add_function(wrap_pyfunction!(sps_contains, m)?)?;
+    m.add_function(wrap_pyfunction!(sps_arx_contains, m)?)
+}
+
+type Flat<'py> = PyReadonlyArray1<'py, f64>;
+
+/// Name, value and standard deviation.
+#[pyfunction]
+fn derived_quantities(model: ModelIn, P: Flat<'_>) -> Outcome<Vec<(String, f64, f64)>> {
+    let P = Covariance(P.as_slice().map_err(PyErr::from)?);
+    Ok(derived::derived(&model.0, &P).into_iter().map(|q| (q.name, q.value, q.sd)).collect())
+}
+
+/// Real part, imaginary part, and the covariance of the two; of the poles, or the zeros from an input.
+#[pyfunction]
+fn roots_with_sd(
+    model: ModelIn,
+    P: Flat<'_>,
+    zeros_from: Option<usize>,
+) -> Outcome<Vec<(f64, f64, Vec<f64>)>> {
+    let P = Covariance(P.as_slice().map_err(PyErr::from)?);
+    let roots = zeros_from.map_or_else(|| derived::poles(&model.0), |i| derived::zeros(&model.0, i));
+    Ok(roots.iter().map(|r| (r.z.re, r.z.im, r.covariance(&P))).collect())
+}
+
+type CurveOut<'py> = (Array<'py>, Array<'py>);
+
+fn curve(py: Python<'_>, curve: Curve) -> CurveOut<'_> {
+    (array(py, curve.value), array(py, curve.sd))
+}
+
+#[pyfunction]
+fn step_with_sd<'py>(
+    py: Python<'py>,
+    model: ModelIn,
+    P: Flat<'py>,
+    input: usize,
+    t: Flat<'py>,
+) -> Outcome<CurveOut<'py>> {
+    let P = Covariance(P.as_slice().map_err(PyErr::from)?);
+    Ok(curve(py, derived::step(&model.0, &P, input, t.as_slice().map_err(PyErr::from)?)))
+}
+
+/// Magnitude and phase in degrees.
+#[pyfunction]
+fn bode_with_sd<'py>(
+    py: Python<'py>,
+    model: ModelIn,
+    P: Flat<'py>,
+    input: usize,
+    w: Flat<'py>,
+) -> Outcome<(CurveOut<'py>, CurveOut<'py>)> {
+    let P = Covariance(P.as_slice().map_err(PyErr::from)?);
+    let w = w.as_slice().map_err(PyErr::from)?;
+    let (magnitude, sd) = derived::bode(&model.0, &P, input, w);
+    let phase = tune::phase_deg(&model.0, input, w);
+    Ok((curve(py, magnitude), curve(py, Curve { value: phase, sd })))
+}
+
+fn poly(model: ModelIn) -> Outcome<PolyModel> {
+    match model.0 {
+        Model::Poly(m) => Ok(m),
+        _ => {
+            Err(Error::argument("fit", "of a process model", "of a polynomial model, such as oe or arx")
+                .into())
+        }
+    }
+}
+
+/// `psi` (N, n), `eps` (N) and the rows of the record.
+#[pyfunction]
+fn scores<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    model: ModelIn,
+    offset: Option<f64>,
+    x0: &str,
+    limits: LimitsIn,
+) -> Outcome<(Matrix<'py>, Array<'py>, Vec<usize>)> {
+    let record = rec.view(&Limits::from(limits))?;
+    let found = batch::scores(&record, &poly(model)?, offset, start(x0)?)?;
+    let n = found.n();
+    Ok((matrix(py, found.psi, n)?, array(py, found.eps), found.rows))
+}
+
+/// Flat covariance, standard deviations of `theta`, factors by which they grew, order of the noise, note.
+#[pyfunction]
+fn sandwich<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    model: ModelIn,
+    offset: Option<f64>,
+    x0: &str,
+    limits: LimitsIn,
+) -> Outcome<(Matrix<'py>, Array<'py>, NoteOut)> {
+    let record = rec.view(&Limits::from(limits))?;
+    let (model, start) = (poly(model)?, start(x0)?);
+    let found =
+        py.detach(|| batch::sandwich(&batch::scores(&record, &model, offset, start)?, &Orders::of(&model)))?;
+    let n = model.theta().len();
+    let sd = array(py, standard_deviations(&found.P, n));
+    let note = NoteOut::from(&found.note());
+    let width = found.P.len().isqrt();
+    Ok((matrix(py, found.P, width)?, sd, note))
+}
+
+/// The dict behind a bootstrap.
+#[derive(IntoPyObject)]
+struct BootstrapOut<'py> {
+    estimates: Matrix<'py>,
+    low: Array<'py>,
+    high: Array<'py>,
+    block: usize,
+    P: Matrix<'py>,
+    sd: Array<'py>,
+}
+
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+fn bootstrap<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    model: ModelIn,
+    offset: Option<f64>,
+    x0: &str,
+    runs: usize,
+    block: Option<usize>,
+    seed: u64,
+    limits: LimitsIn,
+) -> Outcome<BootstrapOut<'py>> {
+    let record = rec.view(&Limits::from(limits))?;
+    let (model, start) = (poly(model)?, start(x0)?);
+    let options = BootstrapOptions { runs, block, seed };
+    let found = py.detach(|| batch::bootstrap(&record, &model, offset, start, &options))?;
+    let n = found.estimates[0].len();
+    let sorted = |j: usize| {
+        let mut column: Vec<f64> = found.estimates.iter().map(|e| e[j]).collect();
+        column.sort_by(f64::total_cmp);
+        column
+    };
+    let at = |share: f64| (0..n).map(|j| quantile(&sorted(j), share)).collect();
+    let P = batch::spread(&found.estimates);
+    Ok(BootstrapOut {
+        low: array(py, at(0.025)),
+        high: array(py, at(0.975)),
+        block: found.block,
+        sd: array(py, standard_deviations(&P, model.theta().len())),
+        P: matrix(py, P, n)?,
+        estimates: matrix(py, found.estimates.concat(), n)?,
+    })
+}
+
+fn sums(
+    phi: &PyReadonlyArray2<'_, f64>,
+    y: &Flat<'_>,
+    sizes: (usize, usize),
+    seed: u64,
+) -> Outcome<SignPerturbedSums> {
+    let (n, phi) = (phi.shape()[1], phi.as_slice().map_err(PyErr::from)?);
+    Ok(batch::sign_perturbed_sums(phi, n, y.as_slice().map_err(PyErr::from)?, sizes, seed)?)
+}
+
+/// The estimate, half widths of the ellipsoid along each parameter, its matrix and radius.
+#[pyfunction]
+fn sign_perturbed_sums<'py>(
+    py: Python<'py>,
+    phi: PyReadonlyArray2<'py, f64>,
+    y: Flat<'py>,
+    sizes: (usize, usize),
+    seed: u64,
+) -> Outcome<(Array<'py>, Array<'py>, f64)> {
+    let found = sums(&phi, &y, sizes, seed)?;
+    let (half, radius) = (array(py, found.half_widths()), found.radius());
+    Ok((array(py, found.theta), half, radius))
+}
+
+/// Which of the rows of `thetas` are inside.
+#[pyfunction]
+fn sps_contains(
+    phi: PyReadonlyArray2<'_, f64>,
+    y: Flat<'_>,
+    thetas: Vec<Vec<f64>>,
+    sizes: (usize, usize),
+    seed: u64,
+) -> Outcome<Vec<bool>> {
+    let found = sums(&phi, &y, sizes, seed)?;
+    Ok(thetas.iter().map(|theta| found.contains(theta)).collect::<Result<_, _>>()?)
+}
+
+/// The same for an ARX model on a record; a row is `theta`, then the constant where there is one.
+#[pyfunction]
+fn sps_arx_contains(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    model: ModelIn,
+    thetas: Vec<Vec<f64>>,
+    sizes: (usize, usize),
+    seed: u64,
+    limits: LimitsIn,
+) -> Outcome<Vec<bool>> {
+    let record = rec.view(&Limits::from(limits))?;
+    let orders = Orders::of(&poly(model)?);
+    let inside = |theta: &Vec<f64>| batch::arx_contains(&record, &orders, theta, sizes, seed);
+    Ok(py.detach(|| thetas.iter().map(inside).collect::<Result<_, _>>())?)
+}
