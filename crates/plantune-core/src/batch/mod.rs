@@ -3,6 +3,7 @@
 mod arx;
 mod fit;
 mod least_squares;
+mod order_choice;
 mod orders;
 mod pem;
 mod poly_fit;
@@ -13,6 +14,7 @@ mod step_modes;
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
 pub use least_squares::{LinearFit, least_squares};
+pub use order_choice::{OrderChoice, Tried as TriedOrders, choose_orders};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{ProcessOptions, p1d};
