@@ -338,11 +338,20 @@ def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Field
 def least_squares(phi: Floats, y: Floats) -> Fields:
     """Fields of `Fit` but `method source Ts`; no model."""
 
-def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
+def arx(rec: Record, orders: object, offset: bool, robust: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `orders` has `na nb nc nd nf nk`."""
 
-def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> Fields:
+def pem(rec: Record, orders: object, offset: bool, x0: str, robust: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
+
+def order_choice(
+    rec: Record,
+    candidates: Sequence[object],
+    fresh: Record | None,
+    offset: bool,
+    limits: Limits,
+) -> Fields:
+    """Fields of `OrderTable` but `source`; `best` and `runner_up` are places among `rows`."""
 
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
@@ -698,6 +707,12 @@ def check(
 
 def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
     """Return notes on poles and zeros; `P` is flat."""
+
+def p_of_feedback(rec: Record, limits: Limits) -> list[float]:
+    """Chance that an open loop looks as closed as this, per input."""
+
+def time_varying(rec: Record, nk: Sequence[int], order: int, limits: Limits) -> Fields | None:
+    """Fields of `TimeVarying` that are computed; None where the rows do not tell."""
 
 def judge(
     process: Verdict,

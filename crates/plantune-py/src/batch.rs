@@ -15,6 +15,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
+    m.add_function(wrap_pyfunction!(order_choice, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
@@ -105,10 +106,12 @@ fn arx<'py>(
     rec: RecordIn<'py>,
     orders: OrdersIn,
     offset: bool,
+    robust: bool,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
     let orders = Orders::from(orders);
-    run(py, &rec, limits, |record, limits| batch::arx(record, &orders, offset, limits))
+    let arx = if robust { batch::robust_arx } else { batch::arx };
+    run(py, &rec, limits, |record, limits| arx(record, &orders, offset, limits))
 }
 
 #[pyfunction]
@@ -118,11 +121,72 @@ fn pem<'py>(
     orders: OrdersIn,
     offset: bool,
     x0: &str,
+    robust: bool,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
     let orders = Orders::from(orders);
     let options = PemOptions { offset, start: start(x0)? };
-    run(py, &rec, limits, |record, limits| batch::pem(record, &orders, options, limits))
+    let pem = if robust { batch::robust_pem } else { batch::pem };
+    run(py, &rec, limits, |record, limits| pem(record, &orders, options, limits))
+}
+
+/// The dict behind `plantune.estimate.OrderTable(**d)`.
+#[derive(IntoPyObject)]
+struct OrderChoiceOut {
+    rows: Vec<TriedOut>,
+    best: usize,
+    runner_up: Option<usize>,
+    N: usize,
+    notes: Vec<NoteOut>,
+}
+
+/// The dict behind `plantune.estimate.OrderRow(**d)`.
+#[derive(IntoPyObject)]
+struct TriedOut {
+    na: usize,
+    nb: Vec<usize>,
+    nc: usize,
+    nd: usize,
+    nf: Vec<usize>,
+    nk: Vec<usize>,
+    d: usize,
+    loss: f64,
+    fpe: f64,
+    aic: f64,
+    bic: f64,
+    fresh: Option<f64>,
+    converged: bool,
+}
+
+impl From<batch::TriedOrders> for TriedOut {
+    fn from(t: batch::TriedOrders) -> Self {
+        let Orders { na, nb, nc, nd, nf, nk } = t.orders;
+        let batch::TriedOrders { d, loss, fpe, aic, bic, fresh, converged, .. } = t;
+        TriedOut { na, nb, nc, nd, nf, nk, d, loss, fpe, aic, bic, fresh, converged }
+    }
+}
+
+#[pyfunction]
+fn order_choice(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    candidates: Vec<OrdersIn>,
+    fresh: Option<RecordIn<'_>>,
+    offset: bool,
+    limits: LimitsIn,
+) -> Outcome<OrderChoiceOut> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let fresh = fresh.as_ref().map(|fresh| fresh.view(&limits)).transpose()?;
+    let candidates: Vec<Orders> = candidates.into_iter().map(Orders::from).collect();
+    let found = py.detach(|| batch::choose_orders(&record, &candidates, fresh.as_ref(), offset, &limits))?;
+    Ok(OrderChoiceOut {
+        best: found.best,
+        runner_up: found.runner_up,
+        N: found.N,
+        notes: notes(&found.notes),
+        rows: found.rows.into_iter().map(TriedOut::from).collect(),
+    })
 }
 
 #[pyfunction]

@@ -16,6 +16,7 @@ def arx(
     nk: PerInput = 1,
     *,
     offset: bool = True,
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q) u(t - nk) + e(t) by least squares.
@@ -30,6 +31,9 @@ def arx(
         Number of b coefficients, >= 1; delay in samples (0 = direct term).
     offset : bool
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
+    robust : bool
+        Whether single outputs far off shall not move the fit; a note D19 says how many were left
+        out.
     limits : Limits, optional
         Thresholds.
 
@@ -51,6 +55,8 @@ def arx(
     Notes
     -----
     QR of the regressor, which is streamed and never held; not the normal equations.
+    Robust: the first output of each run of errors beyond five standard deviations is missing, and
+    Huber's weights serve the rest (Huber 1981, 7.8), 95 % efficient on clean records.
     Source 000, (2.2-3) to (2.2-5).  For output noise prefer `process`, which is not biased.
 
     Examples
@@ -63,5 +69,5 @@ def arx(
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     wanted = orders(rec.nu, na=na, nb=nb, nk=nk)
-    fit = _core.arx(rec, wanted, offset, limits)
+    fit = _core.arx(rec, wanted, offset, robust, limits)
     return fit_from_core(fit, "ARX", rec, limits)

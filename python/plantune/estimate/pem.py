@@ -21,6 +21,7 @@ def oe(
     *,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit y(t) = B(q)/F(q) u(t - nk) + O + e(t), the noise white on the output.
@@ -36,6 +37,9 @@ def oe(
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, so that its state is a parameter and the rows
         up to the longest lag are history; or all signals are zero there.
+    robust : bool
+        Whether single outputs far off shall not move the fit; a note D19 says how many were left
+        out.
     limits : Limits, optional
         Thresholds.
 
@@ -64,7 +68,7 @@ def oe(
     >>> fit.theta.round(4), fit.offset.round(3), fit.status
     (array([-0.7455, -0.8745]), array([583.451]), 'converged')
     """
-    return _pem(rec, "OE", orders(rec.nu, nb=nb, nf=nf, nk=nk), offset, x0, limits)
+    return _pem(rec, "OE", orders(rec.nu, nb=nb, nf=nf, nk=nk), offset, x0, robust, limits)
 
 
 def armax(
@@ -76,6 +80,7 @@ def armax(
     *,
     offset: bool = True,
     x0: Start = "estimate",
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit A(q) y(t) = B(q) u(t - nk) + C(q) e(t), a disturbance that is a moving average.
@@ -92,6 +97,9 @@ def armax(
         Whether a constant is estimated as well; it comes back as `O` in `y = G u + O`.
     x0 : "estimate" or "zero"
         What is known before each segment: nothing, or all signals are zero there.
+    robust : bool
+        Whether single outputs far off shall not move the fit; a note D19 says how many were left
+        out.
     limits : Limits, optional
         Thresholds.
 
@@ -120,11 +128,19 @@ def armax(
     >>> bool(abs(fit.model.dc_gain() + 5.939) < 0.05)
     True
     """
-    return _pem(rec, "ARMAX", orders(rec.nu, na=na, nb=nb, nc=nc, nk=nk), offset, x0, limits)
+    return _pem(
+        rec, "ARMAX", orders(rec.nu, na=na, nb=nb, nc=nc, nk=nk), offset, x0, robust, limits
+    )
 
 
 def _pem(
-    rec: Record, method: str, wanted: Orders, offset: bool, x0: Start, limits: Limits | None
+    rec: Record,
+    method: str,
+    wanted: Orders,
+    offset: bool,
+    x0: Start,
+    robust: bool,
+    limits: Limits | None,
 ) -> Fit:
     limits = limits or rec.limits or DEFAULT_LIMITS
-    return fit_from_core(_core.pem(rec, wanted, offset, x0, limits), method, rec, limits)
+    return fit_from_core(_core.pem(rec, wanted, offset, x0, robust, limits), method, rec, limits)

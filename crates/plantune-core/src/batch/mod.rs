@@ -2,6 +2,7 @@
 
 mod arx;
 mod fit;
+mod huber;
 mod least_squares;
 mod order_choice;
 mod orders;
@@ -13,6 +14,7 @@ mod step_modes;
 
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
+pub use huber::{Huber, huber, robust_arx, robust_pem};
 pub use least_squares::{LinearFit, least_squares};
 pub use order_choice::{OrderChoice, Tried as TriedOrders, choose_orders};
 pub use orders::Orders;
