@@ -6,7 +6,7 @@ from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
-from plantune.estimate.order import OrderRow, OrderTable, order
+from plantune.estimate.order_choice import OrderRow, OrderTable, order
 from plantune.estimate.pem import armax, oe
 from plantune.estimate.process import process
 from plantune.estimate.step_modes import StepModes, idt

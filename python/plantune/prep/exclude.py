@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +38,14 @@ def exclude(
     Returns
     -------
     Record
-        Stuck values do not count (D18); saturated rows end a segment (M03).  Counts stand in the
-        log, and in a note where more than 5 % of the rows are saturated.
+        The rows that are left, each run of them a segment, so that nothing reaches over a hole.
+        Counts stand in the log, and in a note where more than 5 % of the rows are saturated (M03)
+        or some are stuck (D18).
 
     Raises
     ------
     DataError
-        More values than the share D07 do not count then.
+        More than half of the rows are stuck (D18).
     NotIdentifiable
         More than half of the rows are saturated (M03).
     UsageError
@@ -57,23 +57,20 @@ def exclude(
     >>> u = np.clip(60 * np.sin(np.arange(100) / 8), -50, 50)
     >>> rec = exclude(pt.Record(u=u, y=u + 1, Ts=1.0), u_limits=(-50, 50))
     >>> rec.log[-1]
-    'excluded 36 of 100 rows: u 1 at a limit'
+    'excluded 37 of 100 rows: u at a limit'
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     return _saturated(_stuck(rec, limits), u_limits)
 
 
 def _stuck(rec: Record, limits: Limits) -> Record:
-    """Mark the stuck stretches of every output as values that do not count."""
-    valid, said = rec.valid.copy(), []
-    for name, first, last in ((s.signal, s.first, s.last) for s in health(rec, limits).stuck):
-        rows = (rec.rows >= first) & (rec.rows <= last)
-        valid[rows, rec.y_names.index(name)] = False
-        said.append(f"{name} {int(rows.sum())}")
-    if not said:
-        return rec
-    log = f"marked stuck values: {', '.join(said)}"
-    return replace(rec, valid=valid, log=(*rec.log, log))
+    """Cut the stuck stretches of every output."""
+    found = health(rec, limits)
+    lost = np.zeros(rec.N, bool)
+    for stretch in found.stuck:
+        lost |= (rec.rows >= stretch.first) & (rec.rows <= stretch.last)
+    names = dict.fromkeys(stretch.signal for stretch in found.stuck)
+    return _cut(rec, lost, "D18", f"{', '.join(names)} stuck", 0.0)
 
 
 def _saturated(rec: Record, u_limits: tuple[float, float] | None) -> Record:
@@ -84,40 +81,43 @@ def _saturated(rec: Record, u_limits: tuple[float, float] | None) -> Record:
     if not low < high:
         raise refusal("U01", f"`u_limits` is {u_limits!r}, must ascend", remedy="u_limits=(0, 100)")
     at_limit = (rec.u <= low) | (rec.u >= high)
-    lost = at_limit.any(axis=1)
+    names = [name for name, own in zip(rec.u_names, at_limit.T, strict=True) if own.any()]
+    return _cut(rec, at_limit.any(axis=1), "M03", f"{', '.join(names)} at a limit", _MANY)
+
+
+def _cut(rec: Record, lost: NDArray[np.bool_], code: str, what: str, least: float) -> Record:
+    """Return the runs of rows left; a note beyond the share `least`, a refusal beyond a half."""
     count = int(lost.sum())
     if count == 0:
         return rec
-    share = count / rec.N
-    names = [name for name, own in zip(rec.u_names, at_limit.T, strict=True) if own.any()]
-    first = int(np.flatnonzero(lost)[0])
-    evidence = {
-        "where": (names[0], int(rec.rows[first]), float(rec.time[first])),
-        "count": count,
-        "measured": share,
-    }
-    text = f"{', '.join(names)} at a limit in {count} of {rec.N} rows"
+    share, first = count / rec.N, int(np.flatnonzero(lost)[0])
+    place = (what.partition(",")[0].partition(" ")[0], int(rec.rows[first]), float(rec.time[first]))
+    text = f"{what} in {count} of {rec.N} rows"
     if share > _TOO_MANY:
         raise refusal(
-            "M03",
+            code,
             text,
-            **evidence,
+            where=place,
+            count=count,
+            measured=share,
             limit=_TOO_MANY,
-            remedy="record with smaller moves of the input",
+            remedy="record again, with smaller moves of the input and sound sensors",
         )
     note = Note(
-        code="M03",
+        code=code,
         severity="warning",
         text=f"{text}: they are left out",
-        **{**evidence, "where": Where(*evidence["where"])},  # type: ignore[misc]
-        limit=_MANY,
-        remedy="record with smaller moves, or log the actuator's position",
+        where=Where(*place),
+        count=count,
+        measured=share,
+        limit=least,
+        remedy="record with smaller moves, and log what the actuator and the sensor really do",
     )
     return at_rows(
         rec,
         list(_kept(rec, lost)),
-        log=(*rec.log, f"excluded {count} of {rec.N} rows: {', '.join(names)} at a limit"),
-        notes=(*rec.notes, note) if share > _MANY else rec.notes,
+        log=(*rec.log, f"excluded {count} of {rec.N} rows: {what}"),
+        notes=(*rec.notes, note) if share > least else rec.notes,
     )
 
 

@@ -103,7 +103,8 @@ fn largest(rows: &[f64], theta: &[f64], inverse: &[f64], s2: f64, side: usize) -
         let left: Vec<f64> = (0..n * n)
             .map(|ij| C[ij] - (0..n).map(|k| C[ij / n * n + k] * GC[k * n + ij % n]).sum::<f64>())
             .collect();
-        let value = quadratic(&left, &z, n)? / s2;
+        // On one side the input may not yet have moved.
+        let Some(value) = quadratic(&left, &z, n).map(|square| square / s2) else { continue };
         if best.is_none_or(|(most, _)| value > most) {
             best = Some((value, p));
         }
