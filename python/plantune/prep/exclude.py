@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from plantune.analyze import health
+from plantune import _core
 from plantune.errors import refusal
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, Where
 from plantune.prep.rows import at_rows
@@ -65,11 +65,11 @@ def exclude(
 
 def _stuck(rec: Record, limits: Limits) -> Record:
     """Cut the stuck stretches of every output."""
-    found = health(rec, limits)
+    stuck = _core.health(rec, limits)["stuck"]
     lost = np.zeros(rec.N, bool)
-    for stretch in found.stuck:
-        lost |= (rec.rows >= stretch.first) & (rec.rows <= stretch.last)
-    names = dict.fromkeys(stretch.signal for stretch in found.stuck)
+    for _, first, last in stuck:
+        lost |= (rec.rows >= first) & (rec.rows <= last)
+    names = dict.fromkeys(name for name, *_ in stuck)
     return _cut(rec, lost, "D18", f"{', '.join(names)} stuck", 0.0)
 
 
@@ -82,7 +82,7 @@ def _saturated(rec: Record, u_limits: tuple[float, float] | None) -> Record:
         raise refusal("U01", f"`u_limits` is {u_limits!r}, must ascend", remedy="u_limits=(0, 100)")
     at_limit = (rec.u <= low) | (rec.u >= high)
     names = [name for name, own in zip(rec.u_names, at_limit.T, strict=True) if own.any()]
-    return _cut(rec, at_limit.any(axis=1), "M03", f"{', '.join(names)} at a limit", _MANY)
+    return _cut(rec, np.any(at_limit, axis=1), "M03", f"{', '.join(names)} at a limit", _MANY)
 
 
 def _cut(rec: Record, lost: NDArray[np.bool_], code: str, what: str, least: float) -> Record:
