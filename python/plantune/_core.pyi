@@ -413,6 +413,15 @@ def matrix_arx(
 def pem(rec: Record, orders: object, offset: bool, x0: str, robust: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
+def order_choice(
+    rec: Record,
+    candidates: Sequence[object],
+    fresh: Record | None,
+    offset: bool,
+    limits: Limits,
+) -> Fields:
+    """Fields of `OrderTable` but `source`; `best` and `runner_up` are places among `rows`."""
+
 def process(
     rec: Record,
     codes: list[str],
@@ -874,6 +883,12 @@ def check(
 
 def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
     """Return notes on poles and zeros; `P` is flat."""
+
+def p_of_feedback(rec: Record, limits: Limits) -> list[float]:
+    """Chance that an open loop looks as closed as this, per input."""
+
+def time_varying(rec: Record, nk: Sequence[int], order: int, limits: Limits) -> Fields | None:
+    """Fields of `TimeVarying` that are computed; None where the rows do not tell."""
 
 def judge(
     process: Verdict,

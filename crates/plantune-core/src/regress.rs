@@ -94,6 +94,28 @@ impl<'r, 'a> Regression<'r, 'a> {
         triangle
     }
 
+    /// Rows of the record, and `[columns | y]` on them, row-major.
+    pub fn all_rows(&self) -> (Vec<usize>, Vec<f64>) {
+        let width = self.columns.len() + 1;
+        let at: Vec<usize> = self.runs.iter().flat_map(Clone::clone).collect();
+        let mut rows = vec![0.0; at.len() * width];
+        let mut column = Vec::new();
+        let mut from = 0;
+        for run in &self.runs {
+            column.resize(run.len(), 0.0);
+            for j in 0..width {
+                match self.columns.get(j) {
+                    Some(&lagged) => self.fill(lagged, run.start, &mut column),
+                    None => self.fill_output(0, run.start, 1.0, &mut column),
+                }
+                let own = rows[from * width..].iter_mut().skip(j).step_by(width);
+                own.zip(&column).for_each(|(to, x)| *to = *x);
+            }
+            from += run.len();
+        }
+        (at, rows)
+    }
+
     fn fill(&self, column: Column, t: usize, out: &mut [f64]) {
         match column {
             Column::One => out.fill(1.0),

@@ -2,6 +2,7 @@
 
 use statrs::function::beta::beta_reg;
 use statrs::function::erf::erfc_inv;
+use statrs::function::gamma::gamma_ur;
 
 /// `P(F > f)` for the F distribution with `d1, d2` degrees of freedom.
 pub fn f_tail(f: f64, d1: f64, d2: f64) -> f64 {
@@ -9,6 +10,11 @@ pub fn f_tail(f: f64, d1: f64, d2: f64) -> f64 {
         return 1.0;
     }
     beta_reg(d2 / 2.0, d1 / 2.0, d2 / (d2 + d1 * f))
+}
+
+/// `P(x > q)` for the chi-square distribution with `d` degrees of freedom.
+pub fn chi2_tail(q: f64, d: f64) -> f64 {
+    if q > 0.0 && d > 0.0 { gamma_ur(d / 2.0, q / 2.0) } else { 1.0 }
 }
 
 /// The number that a standard normal exceeds in magnitude with probability `1 - level`.
@@ -50,6 +56,8 @@ mod tests {
         assert!((normal_quantile(0.95) - 1.959_963_984_540_054).abs() < 1e-12);
         assert!((normal_quantile(0.99) - 2.575_829_303_548_901).abs() < 1e-12);
         // F(1, n) is the square of Student's t: P(F > 4.9646) = 0.05 for n = 10.
+        // With two degrees of freedom the tail is exp(-q/2).
+        assert!((chi2_tail(3.0, 2.0) - (-1.5_f64).exp()).abs() < 1e-12);
         assert!((f_tail(4.964_602_743_730_711, 1.0, 10.0) - 0.05).abs() < 1e-12);
     }
 }

@@ -2,7 +2,8 @@
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{
-    self, Code, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria, standard_deviations,
+    self, Code, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria,
+    standard_deviations,
 };
 use plantune_core::model::Model;
 use plantune_core::sim::Start;
@@ -19,6 +20,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
+    m.add_function(wrap_pyfunction!(order_choice, m)?)?;
     m.add_function(wrap_pyfunction!(process, m)?)?;
     m.add_function(wrap_pyfunction!(srivc, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
@@ -168,6 +170,65 @@ fn pem<'py>(
     run(py, &rec, limits, |record, limits| {
         let estimate = |record: &Record| batch::pem(record, &orders, options, limits);
         if robust { batch::robust(record, offset, options.start, estimate) } else { estimate(record) }
+    })
+}
+
+/// The dict behind `plantune.estimate.OrderTable(**d)`.
+#[derive(IntoPyObject)]
+struct OrderChoiceOut {
+    rows: Vec<TriedOut>,
+    best: usize,
+    runner_up: Option<usize>,
+    N: usize,
+    notes: Vec<NoteOut>,
+}
+
+/// The dict behind `plantune.estimate.OrderRow(**d)`.
+#[derive(IntoPyObject)]
+struct TriedOut {
+    na: usize,
+    nb: Vec<usize>,
+    nc: usize,
+    nd: usize,
+    nf: Vec<usize>,
+    nk: Vec<usize>,
+    d: usize,
+    loss: f64,
+    fpe: f64,
+    aic: f64,
+    bic: f64,
+    fresh: Option<f64>,
+    converged: bool,
+}
+
+impl From<batch::TriedOrders> for TriedOut {
+    fn from(t: batch::TriedOrders) -> Self {
+        let Orders { na, nb, nc, nd, nf, nk } = t.orders;
+        let batch::TriedOrders { d, loss, fpe, aic, bic, fresh, converged, .. } = t;
+        TriedOut { na, nb, nc, nd, nf, nk, d, loss, fpe, aic, bic, fresh, converged }
+    }
+}
+
+#[pyfunction]
+fn order_choice(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    candidates: Vec<OrdersIn>,
+    fresh: Option<RecordIn<'_>>,
+    offset: bool,
+    limits: LimitsIn,
+) -> Outcome<OrderChoiceOut> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let fresh = fresh.as_ref().map(|fresh| fresh.view(&limits)).transpose()?;
+    let candidates: Vec<Orders> = candidates.into_iter().map(Orders::from).collect();
+    let found = py.detach(|| batch::choose_orders(&record, &candidates, fresh.as_ref(), offset, &limits))?;
+    Ok(OrderChoiceOut {
+        best: found.best,
+        runner_up: found.runner_up,
+        N: found.N,
+        notes: notes(&found.notes),
+        rows: found.rows.into_iter().map(TriedOut::from).collect(),
     })
 }
 

@@ -16,6 +16,8 @@ use crate::values::{Array, LimitsIn, RecordIn, array};
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check, m)?)?;
     m.add_function(wrap_pyfunction!(plausible, m)?)?;
+    m.add_function(wrap_pyfunction!(p_of_feedback, m)?)?;
+    m.add_function(wrap_pyfunction!(time_varying, m)?)?;
     m.add_function(wrap_pyfunction!(judge, m)?)
 }
 
@@ -47,6 +49,7 @@ pub struct ResidualsOut<'py> {
     cross_lags: Vec<i64>,
     crosscorr: Vec<Array<'py>>,
     cross_band: Array<'py>,
+    portmanteau: f64,
 }
 
 fn verdict_out(py: Python<'_>, verdict: Verdict) -> VerdictOut<'_> {
@@ -76,6 +79,7 @@ fn residuals_out(py: Python<'_>, r: Residuals) -> ResidualsOut<'_> {
         cross_lags: r.cross_lags,
         crosscorr: r.crosscorr.into_iter().map(|c| array(py, c)).collect(),
         cross_band: array(py, r.cross_band),
+        portmanteau: r.portmanteau,
     }
 }
 
@@ -118,6 +122,42 @@ fn plausible(
 ) -> Outcome<Vec<NoteOut>> {
     let P = P.as_ref().map(|P| P.as_slice()).transpose().map_err(PyErr::from)?;
     Ok(notes(&validate::plausible(&model.0, P, &limits.into())?))
+}
+
+/// p-value of "no error of y moves the input", one per input.
+#[pyfunction]
+fn p_of_feedback(py: Python<'_>, rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<Vec<f64>> {
+    let record = rec.view(&limits.into())?;
+    Ok(py.detach(|| (0..record.nu).map(|i| validate::p_of_feedback(&record, i)).collect()))
+}
+
+/// The dict behind `plantune.validate.TimeVarying(**d)`; `row` is one of the record.
+#[derive(IntoPyObject)]
+struct TimeVaryingOut {
+    statistic: f64,
+    limit: f64,
+    row: usize,
+    apart: f64,
+    gains: (f64, f64),
+}
+
+#[pyfunction]
+fn time_varying(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    nk: Vec<usize>,
+    order: usize,
+    limits: LimitsIn,
+) -> Outcome<Option<TimeVaryingOut>> {
+    let record = rec.view(&limits.into())?;
+    let found = py.detach(|| validate::time_varying(&record, &nk, order));
+    Ok(found.map(|f| TimeVaryingOut {
+        statistic: f.statistic,
+        limit: f.limit,
+        row: f.row,
+        apart: f.apart,
+        gains: f.gains,
+    }))
 }
 
 /// What the judge needs of a `plantune.validate.Verdict`, by attribute.

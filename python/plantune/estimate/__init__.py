@@ -13,6 +13,7 @@ from plantune.estimate.forecast import Forecast
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.oe import oe
+from plantune.estimate.order_choice import OrderRow, OrderTable, order
 from plantune.estimate.poly import poly
 from plantune.estimate.process import process
 from plantune.estimate.sandwich import sandwich
@@ -28,6 +29,8 @@ __all__ = [
     "Fit",
     "Forecast",
     "IdtCriterion",
+    "OrderRow",
+    "OrderTable",
     "Region",
     "Root",
     "StepModes",
@@ -44,6 +47,7 @@ __all__ = [
     "least_squares",
     "load_fit",
     "oe",
+    "order",
     "poly",
     "process",
     "sandwich",

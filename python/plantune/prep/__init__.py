@@ -4,6 +4,7 @@ from plantune._core import Butterworth
 from plantune.prep.butter import bandpass, highpass, lowpass
 from plantune.prep.despike import despike
 from plantune.prep.detrend import detrend
+from plantune.prep.exclude import exclude
 from plantune.prep.resample import resample
 from plantune.prep.smooth import smooth
 from plantune.prep.stretches import moving, steady
@@ -13,6 +14,7 @@ __all__ = [
     "bandpass",
     "despike",
     "detrend",
+    "exclude",
     "highpass",
     "lowpass",
     "moving",

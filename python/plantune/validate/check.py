@@ -35,6 +35,8 @@ class Residuals:
     cross_lags, crosscorr, cross_band : array (2 M + 1,), array (nu, 2 M + 1), array (nu,)
         Lags `-M … M`, correlation with each input (nu, 2 M + 1), half width per input; at a
         positive lag the error follows the input.
+    portmanteau : float
+        Chance that white errors have an autocorrelation as large as this over all lags.
 
     Examples
     --------
@@ -53,6 +55,7 @@ class Residuals:
     cross_lags: NDArray[np.int64]
     crosscorr: Floats
     cross_band: Floats
+    portmanteau: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -239,6 +242,50 @@ def _which(rec: Record, model: Any, output: str | None) -> int:
     return rec.y_names.index(output)
 
 
+def residuals(
+    rec: Record,
+    fit: Fit | PolyModel | ProcessModel,
+    *,
+    lags: int = 25,
+    limits: Limits | None = None,
+) -> Residuals:
+    """Return the correlations of a model's one-step errors on a record, with their bands.
+
+    Parameters
+    ----------
+    rec : Record
+        With the columns of the model.
+    fit : Fit, PolyModel or ProcessModel
+        A bare model has offset 0.
+    lags : int
+        Most lags.
+    limits : Limits, optional
+        Thresholds.
+
+    Returns
+    -------
+    Residuals
+        Also where the model is no better than the mean.
+
+    Notes
+    -----
+    `check` says in words what lies outside.  Source 001, 3.5.9; Ljung and Box 1978.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> est, val = pt.datasets.hair_dryer().split(0.5)
+    >>> pt.validate.residuals(val, pt.estimate.arx(est, 2, 2, 3)).portmanteau < 0.01
+    True
+    """
+    try:
+        return check(rec, fit, lags=lags, limits=limits).residuals
+    except NotIdentifiable as error:
+        if error.result is None:
+            raise
+        return error.result.residuals  # type: ignore[no-any-return]
+
+
 def _verdict(
     d: Mapping[str, Any], rec: Record, i: int, extra: Mapping[str, Any], notes: tuple[Note, ...]
 ) -> Verdict:
@@ -256,6 +303,7 @@ def _verdict(
                 cross_lags=np.array(r["cross_lags"]),
                 crosscorr=np.array(r["crosscorr"]),
                 cross_band=r["cross_band"],
+                portmanteau=r["portmanteau"],
             ),
             "notes": (*notes_from_core(d["notes"]), *notes),
         },

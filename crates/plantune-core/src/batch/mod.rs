@@ -6,34 +6,38 @@ mod fit;
 mod huber;
 mod least_squares;
 mod matrix_arx;
+mod order_choice;
 mod orders;
 mod pem;
 mod poly_fit;
 mod process;
+mod robust;
 mod sampling;
 mod sandwich;
 mod scores;
-mod srivc;
 mod sign_perturbed_arx;
 mod sign_perturbed_sums;
+mod srivc;
 mod step_modes;
 mod term_arx;
 
 pub use arx::arx;
 pub use bootstrap::{Bootstrap, BootstrapOptions, bootstrap, spread};
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
-pub use huber::robust;
+pub use huber::{Huber, huber};
 pub use least_squares::{LinearFit, least_squares};
 pub use matrix_arx::{MatrixFit, matrix_arx};
+pub use order_choice::{OrderChoice, Tried as TriedOrders, choose_orders};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{Code, ProcessOptions, p1d, process};
+pub use robust::robust;
 pub use sampling::sampling;
 pub use sandwich::{Sandwich, sandwich};
 pub use scores::{Scores, scores};
-pub use srivc::{SrivcOptions, srivc};
 pub use sign_perturbed_arx::arx_contains;
 pub use sign_perturbed_sums::{SignPerturbedSums, sign_perturbed_sums};
+pub use srivc::{SrivcOptions, srivc};
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,

@@ -3,13 +3,14 @@
 //! ```text
 //! r_e(k)  = sum e(t) e(t-k) / sum e(t)^2                       99 % band  2.58 / sqrt(N)
 //! r_eu(k) = sum e(t) u(t-k) / sqrt(sum e^2 sum u^2)            99 % band  2.58 sqrt(sum_j r_e(j) r_u(j) / N)
+//! Q = N (N + 2) sum_k r_e(k)^2 / (N - k),  chi-square with M degrees where e is white
 //! ```
 //!
-//! Source 001, 3.5.9; Ljung 1999, (16.48) and (16.66).
+//! Ljung and Box 1978 for Q. Source 001, 3.5.9; Ljung 1999, (16.48) and (16.66).
 
 use crate::linalg::dot;
 use crate::record::Record;
-use crate::stats::{centred, normal_quantile};
+use crate::stats::{centred, chi2_tail, normal_quantile};
 
 /// Correlations with their 99 % bands.
 #[derive(Clone, Debug)]
@@ -29,6 +30,8 @@ pub struct Residuals {
     /// Largest `|r_eu| / band` at lags from 1 on that chance gives in one record of a hundred, when the model
     /// was fitted on as many other rows and its own error doubles the variance.
     pub cross_limit: f64,
+    /// p-value of all lags of the autocorrelation together.
+    pub portmanteau: f64,
 }
 
 /// Correlations of the errors `e` on `rows` of the record, up to `most` lags.
@@ -51,6 +54,7 @@ pub fn residuals(rec: &Record, rows: &[usize], e: &[f64], most: usize) -> Residu
     }
     let M = most as i64;
     Residuals {
+        portmanteau: portmanteau(&autocorr, N),
         lags: (0..=M).collect(),
         autocorr,
         band: z / (N as f64).sqrt(),
@@ -59,6 +63,14 @@ pub fn residuals(rec: &Record, rows: &[usize], e: &[f64], most: usize) -> Residu
         cross_band,
         cross_limit: (2.0f64).sqrt() * normal_quantile(1.0 - 0.01 / most.max(1) as f64) / z,
     }
+}
+
+/// p-value of "no lag of the autocorrelation is more than chance".
+fn portmanteau(autocorr: &[f64], N: usize) -> f64 {
+    let rows = N as f64;
+    let lags = autocorr.iter().enumerate().skip(1);
+    let Q = rows * (rows + 2.0) * lags.map(|(k, r)| r * r / (rows - k as f64)).sum::<f64>();
+    chi2_tail(Q, (autocorr.len() - 1) as f64)
 }
 
 /// `sum a(t) b(t-k) / sqrt(sum a^2 sum b^2)` for `k = 0 ..= most`; zero where a signal stands still.
