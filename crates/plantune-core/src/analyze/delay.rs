@@ -205,11 +205,19 @@ impl<'r, 'a> Scan<'r, 'a> {
         rss / self.N as f64 / self.factor.powi(2)
     }
 
-    /// p-value of what the input explains from the chosen delay on, times the number of candidates tried.
+    /// p-value of what the input explains at the chosen delay, times the number of candidates tried.
     ///
-    /// The long autoregression takes up the colour of y, which the candidates' own does not: two slow signals
-    /// that have nothing to do with each other passed for related in 3 of 100 records with it.
+    /// The candidate's own lags have to explain something, lest a delay beyond the range speaks for one inside it;
+    /// and more lags beside a long autoregression too, lest two slow signals that have nothing to do with
+    /// each other pass for related, which they did in 3 of 100 records.
     fn chance(&self, winner: &Candidate, tried: usize) -> f64 {
+        let own: Vec<usize> = (0..winner.order).chain([self.most]).collect();
+        let freedom = (self.N - 2 * winner.order - 1) as f64;
+        let short = by_chance(self.rss(&own), winner.rss, winner.order as f64, freedom);
+        (tried as f64 * short.max(self.chance_beside_long(winner))).min(1.0)
+    }
+
+    fn chance_beside_long(&self, winner: &Candidate) -> f64 {
         let lags = LONG.min(self.N / ROWS).max(winner.order);
         let columns: Vec<Column> = (1..=lags)
             .map(Column::MinusOutput)
@@ -221,9 +229,7 @@ impl<'r, 'a> Scan<'r, 'a> {
         let (own, all): (Vec<usize>, Vec<usize>) = ((0..=lags).collect(), (0..rhs).collect());
         let without = residual_norm2(&triangle, &own, rhs, TOLERANCE);
         let with = residual_norm2(&triangle, &all, rhs, TOLERANCE);
-        let freedom = regression.N().saturating_sub(rhs) as f64;
-        let F = (without - with) / lags as f64 / (with / freedom).max(f64::MIN_POSITIVE);
-        (tried as f64 * f_tail(F, lags as f64, freedom)).min(1.0)
+        by_chance(without, with, lags as f64, regression.N().saturating_sub(rhs) as f64)
     }
 }
 
@@ -271,6 +277,11 @@ fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, chance: f64, li
         );
     }
     notes
+}
+
+/// p-value of the fall from `without` to `with` by `more` columns.
+fn by_chance(without: f64, with: f64, more: f64, freedom: f64) -> f64 {
+    f_tail((without - with) / more / (with / freedom).max(f64::MIN_POSITIVE), more, freedom)
 }
 
 #[cfg(test)]
