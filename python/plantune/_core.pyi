@@ -344,6 +344,9 @@ def arx(rec: Record, orders: object, offset: bool, limits: Limits) -> Fields:
 def pem(rec: Record, orders: object, offset: bool, x0: str, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
+def iv4(rec: Record, orders: object, offset: bool, rounds: int, limits: Limits) -> Fields:
+    """Fields of `Fit` but `method source Ts`; `orders` has `na nb nk`, all others zero."""
+
 def p1d(rec: Record, offset: bool, L: Interval | None, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
 

@@ -15,6 +15,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(least_squares, m)?)?;
     m.add_function(wrap_pyfunction!(arx, m)?)?;
     m.add_function(wrap_pyfunction!(pem, m)?)?;
+    m.add_function(wrap_pyfunction!(iv4, m)?)?;
     m.add_function(wrap_pyfunction!(p1d, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
@@ -123,6 +124,19 @@ fn pem<'py>(
     let orders = Orders::from(orders);
     let options = PemOptions { offset, start: start(x0)? };
     run(py, &rec, limits, |record, limits| batch::pem(record, &orders, options, limits))
+}
+
+#[pyfunction]
+fn iv4<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    orders: OrdersIn,
+    offset: bool,
+    rounds: usize,
+    limits: LimitsIn,
+) -> Outcome<FitOut<'py>> {
+    let orders = Orders::from(orders);
+    run(py, &rec, limits, |record, limits| batch::iv4(record, &orders, offset, rounds, limits))
 }
 
 #[pyfunction]

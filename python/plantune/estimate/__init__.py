@@ -8,6 +8,7 @@ from plantune.estimate.bj import bj
 from plantune.estimate.candidates import candidates
 from plantune.estimate.fit import Fit
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
+from plantune.estimate.iv4 import iv4
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.oe import oe
 from plantune.estimate.poly import poly
@@ -27,6 +28,7 @@ __all__ = [
     "candidates",
     "idt",
     "idt_criterion",
+    "iv4",
     "least_squares",
     "oe",
     "poly",

@@ -2,6 +2,7 @@
 
 mod arx;
 mod fit;
+mod iv4;
 mod least_squares;
 mod orders;
 mod pem;
@@ -12,6 +13,7 @@ mod step_modes;
 
 pub use arx::arx;
 pub use fit::{Fit, Status, criteria, standard_deviations, widened};
+pub use iv4::iv4;
 pub use least_squares::{LinearFit, least_squares};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};

@@ -17,9 +17,9 @@ mod simplex;
 mod solve;
 
 pub use congruence::congruence;
-pub use draws::{SplitMix, normal_draws};
 #[cfg(test)]
 pub use draws::white;
+pub use draws::{SplitMix, normal_draws};
 pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};
 pub use forward::forward;
 pub use gram::Gram;

@@ -51,7 +51,8 @@ fn without(v: &[f64], columns: &[Vec<f64>]) -> Vec<f64> {
 fn arma(v: &[Vec<f64>], nc: usize, nd: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let N: usize = v.iter().map(Vec::len).sum();
     let n = if nc > 0 { LONG.max(2 * (nc + nd)).min(N / ROWS) } else { 0 };
-    let lags = |x: &[f64], t: usize, n: usize, sign: f64| (1..=n).map(|k| sign * x[t - k]).collect::<Vec<f64>>();
+    let lags =
+        |x: &[f64], t: usize, n: usize, sign: f64| (1..=n).map(|k| sign * x[t - k]).collect::<Vec<f64>>();
     let long = |v: &Vec<f64>| {
         let v = v.clone();
         (n..v.len()).map(move |t| [lags(&v, t, n, -1.0), vec![v[t]]].concat())

@@ -115,7 +115,8 @@ impl<'o> Long<'o> {
         let columns: Vec<Vec<f64>> =
             self.columns.iter().chain([&self.eta]).map(|x| self.white(model, x)).collect();
         let n = self.columns.len();
-        let rows: Vec<Vec<f64>> = (0..self.eta.len()).map(|k| columns.iter().map(|c| c[k]).collect()).collect();
+        let rows: Vec<Vec<f64>> =
+            (0..self.eta.len()).map(|k| columns.iter().map(|c| c[k]).collect()).collect();
         let triangle = Triangle::of_rows(n + 1, rows.iter().map(Vec::as_slice));
         let every: Vec<usize> = (0..n).collect();
         solve(&triangle, &every, n, RANK_TOLERANCE).ok().map(|solution| solution.theta)
