@@ -413,6 +413,9 @@ def matrix_arx(
 def pem(rec: Record, orders: object, offset: bool, x0: str, robust: bool, limits: Limits) -> Fields:
     """Fields of `Fit` but `method source Ts`; `x0` is "estimate" or "zero"."""
 
+def iv4(rec: Record, orders: object, offset: bool, rounds: int, limits: Limits) -> Fields:
+    """Fields of `Fit` but `method source Ts`; `orders` has `na nb nk`, all others zero."""
+
 def order_choice(
     rec: Record,
     candidates: Sequence[object],

@@ -23,6 +23,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(order_choice, m)?)?;
     m.add_function(wrap_pyfunction!(process, m)?)?;
     m.add_function(wrap_pyfunction!(srivc, m)?)?;
+    m.add_function(wrap_pyfunction!(iv4, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -207,6 +208,19 @@ impl From<batch::TriedOrders> for TriedOut {
         let batch::TriedOrders { d, loss, fpe, aic, bic, fresh, converged, .. } = t;
         TriedOut { na, nb, nc, nd, nf, nk, d, loss, fpe, aic, bic, fresh, converged }
     }
+}
+
+#[pyfunction]
+fn iv4<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    orders: OrdersIn,
+    offset: bool,
+    rounds: usize,
+    limits: LimitsIn,
+) -> Outcome<FitOut<'py>> {
+    let orders = Orders::from(orders);
+    run(py, &rec, limits, |record, limits| batch::iv4(record, &orders, offset, rounds, limits))
 }
 
 #[pyfunction]

@@ -11,6 +11,7 @@ from plantune.estimate.derived import Curve, Derived, Root
 from plantune.estimate.fit import Fit
 from plantune.estimate.forecast import Forecast
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
+from plantune.estimate.iv4 import iv4
 from plantune.estimate.least_squares import least_squares
 from plantune.estimate.oe import oe
 from plantune.estimate.order_choice import OrderRow, OrderTable, order
@@ -44,6 +45,7 @@ __all__ = [
     "candidates",
     "idt",
     "idt_criterion",
+    "iv4",
     "least_squares",
     "load_fit",
     "oe",

@@ -19,6 +19,7 @@ use self::noise::with_noise;
 use self::random::random;
 use self::wnsf::wnsf;
 use super::super::arx::columns;
+use super::super::iv4;
 use super::super::orders::Orders;
 use super::predictor::Predictor;
 use super::search::global_minimum;
@@ -52,7 +53,12 @@ pub(super) const METHODS: [Method; 3] = [direct, long, iterated];
 
 /// All others: `theta`, in which `A`, `B` and the constant are still to be found where `C D F` are as they say.
 pub(super) fn others(predictor: &Predictor) -> Vec<Vec<f64>> {
-    let plants = if predictor.orders().has_many_minima() { plants(predictor) } else { Vec::new() };
+    let orders = predictor.orders();
+    let plants = if orders.has_many_minima() {
+        plants(predictor)
+    } else {
+        by_instruments(predictor).into_iter().collect()
+    };
     let lags = LAGS.iter().filter_map(|&n| wnsf(predictor, n));
     plants.into_iter().chain(lags).chain((1..=RANDOM).map(|seed| random(predictor, seed))).collect()
 }
@@ -62,7 +68,7 @@ fn plants(predictor: &Predictor) -> Vec<Vec<f64>> {
     let orders = predictor.orders();
     let own = Orders { nc: 0, nd: 0, ..orders.clone() };
     let plant = predictor.of(&own);
-    let quick = METHODS.iter().filter_map(|method| method(&plant));
+    let quick = METHODS.iter().filter_map(|method| method(&plant)).chain(by_instruments(&plant));
     let mut found: Vec<Vec<f64>> = quick.filter_map(|theta| with_noise(predictor, &theta, &own)).collect();
     for simpler in simpler(orders) {
         let minimum = global_minimum(&mut predictor.of(&simpler));
@@ -70,6 +76,20 @@ fn plants(predictor: &Predictor) -> Vec<Vec<f64>> {
         found.extend(plant.and_then(|theta| with_noise(predictor, &theta, &own)));
     }
     found
+}
+
+/// The plant by instruments, for one output noise or another.
+fn by_instruments(predictor: &Predictor) -> Option<Vec<f64>> {
+    let orders = predictor.orders();
+    let na = if orders.na > 0 { orders.na } else { orders.nf.iter().copied().max().unwrap_or(0) };
+    let own = Orders::arx(na, orders.nb.clone(), orders.nk.clone());
+    let model = iv4::start(&predictor.data(), &own, predictor.constant())?;
+    let plant = theta(orders, |_| (reflected_if_needed(model.A.clone()), model.B.clone()));
+    if orders.na == 0 || orders.nc == 0 {
+        return Some(plant);
+    }
+    let known = Orders { nc: 0, ..orders.clone() };
+    with_noise(predictor, &model.theta(), &known)
 }
 
 /// Structures with few minima that hold the plant: output errors, and ARMAX.
