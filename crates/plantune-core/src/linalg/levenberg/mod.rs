@@ -28,7 +28,7 @@ const GRADIENT: f64 = 3e-8;
 /// The same where rounding lets no step lower the cost any more.
 const ROUNDED: f64 = 1e-5;
 
-const MOST_STEPS: usize = 100;
+const MOST_STEPS: usize = 400;
 
 /// A nonlinear least-squares problem.
 pub trait Residuals {
@@ -97,7 +97,8 @@ pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Min
         let step = if inside { memory.mix(&best, newton) } else { region.edge(&best) };
         match best.after(problem, &step) {
             Some(trial) if trial.is_below(&best) => {
-                if !trial.ties(&best) {
+                // A full step that fell short is no fault of the region: the mixture learns from it.
+                if !inside && !trial.ties(&best) {
                     region.learn(&step, (best.cost - trial.cost) / (best.cost - best.cost_after(&step)));
                 }
                 best = trial;
