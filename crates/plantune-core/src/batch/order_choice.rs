@@ -276,8 +276,8 @@ fn choice(rows: &[Tried], limits: &Limits) -> (usize, Option<usize>) {
 fn notes(rows: &[Tried], best: usize, refused: usize, limits: &Limits) -> Vec<Note> {
     let chosen = &rows[best];
     let mut notes: Vec<Note> = near_ties(rows, best, limits).into_iter().collect();
-    let all = |n: fn(&Orders) -> usize| rows.iter().map(move |row| n(&row.orders));
-    let counts: [(&str, fn(&Orders) -> usize); 5] = [
+    let all = |n: Count| rows.iter().map(move |row| n(&row.orders));
+    let counts: [(&str, Count); 5] = [
         ("na", |o| o.na),
         ("nb", |o| o.nb.iter().copied().max().unwrap_or(0)),
         ("nc", |o| o.nc),
@@ -299,6 +299,9 @@ fn notes(rows: &[Tried], best: usize, refused: usize, limits: &Limits) -> Vec<No
     }
     notes
 }
+
+/// How many coefficients of a kind.
+type Count = fn(&Orders) -> usize;
 
 /// V12: others do about as well as the chosen one; X06 where they have another delay.
 fn near_ties(rows: &[Tried], best: usize, limits: &Limits) -> Option<Note> {

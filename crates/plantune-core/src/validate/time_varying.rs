@@ -94,7 +94,7 @@ fn largest(rows: &[f64], theta: &[f64], inverse: &[f64], s2: f64, side: usize) -
                 C[i * n + j] += row[i] * row[j];
             }
         }
-        if p < side || p + side >= N || (p - side) % every != 0 {
+        if p < side || p + side >= N || !(p - side).is_multiple_of(every) {
             continue;
         }
         // In x instead of q: z' (C - C G C)^-1 z with G = (X'X)^-1.
