@@ -3,6 +3,9 @@
 //! Each formula is written once and taken with dual numbers, so its slopes are those of calculus. Starts, data and
 //! certified values are read from `nist_strd/nonlinear` in the folder that `PLANTUNE_DATA` names.
 
+#![allow(clippy::panic, reason = "a test that cannot read its file has failed")]
+#![allow(clippy::suspicious_arithmetic_impl, reason = "the slope of a product is a sum")]
+
 use std::f64::consts::PI;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 use std::path::PathBuf;

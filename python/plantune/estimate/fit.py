@@ -134,8 +134,9 @@ class Fit:
         >>> bool(abs(fit.predict(rec) - rec.y[:, 0])[20:].max() < 1e-6)
         True
         """
-        model = self.sampled or self._need_model()
-        return model.predict(rec, horizon, self._level)
+        model: Any = self.sampled or self._need_model()
+        y: Floats = model.predict(rec, horizon, self._level)
+        return y
 
     def forecast(self, rec: Record, u_future: ArrayLike, *, parameters: bool = True) -> Forecast:
         """Return what comes after the last row of a record, with its standard deviation.

@@ -208,7 +208,8 @@ def check(
     }
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
     several, own_terms = isinstance(model, MatrixPolyModel), isinstance(model, TermModel)
-    doubts = () if several or own_terms else plausible(fit, limits=limits)
+    bare: Any = fit
+    doubts = () if several or own_terms else plausible(bare, limits=limits)  # they have no zeros
     further = (*doubts, *seen, *limits.changes())
     own = fit.offset.tolist() if isinstance(fit, Fit) else [0.0] * rec.ny
     used = own if offset == "fit" else None
