@@ -138,8 +138,9 @@ class Limits:
     V10: float = _DEFAULT["V10"]
     """Fit in percent within which models simulate fresh rows equally well."""
     V11: float = _DEFAULT["V11"]
-    V13: float = _DEFAULT["V13"]
     """Standard deviations by which feedback may move gain or time constant of a process model."""
+    V13: float = _DEFAULT["V13"]
+    """Points of simulation fit that another level may cost before it is said."""
     X12: float = _DEFAULT["X12"]
     """Standard deviations that a process gain must be away from zero to be tuned on."""
     T04: float = _DEFAULT["T04"]

@@ -138,7 +138,7 @@ def test_what_a_record_does_not_tell_is_refused_or_said():
     with pytest.raises(NotIdentifiable, match=r"tell|asks") as refused:
         BoucWen.identify(u, linear.simulate(u, TS), TS)
     assert refused.value.code == "X02"
-    # A hundredth of the swing: z hardly leaves its line, and noise leaves a parameter open by half of its size.
+    # A hundredth of the swing: z hardly leaves its line, noise leaves half of a parameter open.
     model = BoucWen.identify(*record(9, level=0.5, noise=7e-7), TS)
     size = np.abs([model.m, model.c, model.k, model.alpha, model.bg, model.bd, model.nu])
     assert np.max(np.asarray(model.identified.sd)[:7] / size) > 0.5
