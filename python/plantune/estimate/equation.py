@@ -23,8 +23,8 @@ def equation(fit: Fit) -> str:
     >>> print(equation(pt.estimate.process(pt.datasets.engine_loop(noise_var=1.5))))
     G(s) = K e^(-L s) / (T s + 1)
     K = -5.9345 (0.0054)
-    T = 0.14861 (0.00070)
-    L = 0.10049 (0.00055)
+    T = 0.14861 (0.00076)
+    L = 0.10049 (0.00058)
     O = 583.27 (0.17)
     """
     model, sds = fit.model, iter(fit.sd.tolist())

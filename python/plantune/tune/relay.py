@@ -66,8 +66,8 @@ class RelayTest:
     relay: G(s) = 1.90838 e^(-0.993873 s) / (2.8737 s + 1)
                    cycle              fit
       K     1.9084 ± 0.2   2.0019 ± 0.073
-      T    2.8737 ± 0.36      2.97 ± 0.11
-      L  0.99387 ± 0.039  1.0043 ± 0.0062
+      T    2.8737 ± 0.36      2.97 ± 0.12
+      L  0.99387 ± 0.039  1.0043 ± 0.0067
       offset 0.008527 from the rest
       ultimate gain 2.724, period 3.539 s
       10 periods: 1.755 s at 2, 2.965 s at -1, hysteresis 0.2909
