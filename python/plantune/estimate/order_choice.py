@@ -76,7 +76,7 @@ class OrderTable:
     N : int
         Rows on which all were fitted.
     notes : tuple of Note
-        V12 where other orders do about as well or the grid ends at the best, X06 where one of
+        V14 where other orders do about as well or the grid ends at the best, X06 where one of
         another delay does.
     source : str
         Fingerprint of the record.

@@ -291,11 +291,11 @@ fn notes(rows: &[Tried], best: usize, refused: usize, limits: &Limits) -> Vec<No
     let at_end: Vec<&str> = at_end.map(|(name, _)| name).collect();
     if !at_end.is_empty() {
         let text = format!("the best {} lies at the end of the orders tried", at_end.join(" and "));
-        notes.push(Note::warning("V12", text).remedy("try higher orders"));
+        notes.push(Note::warning("V14", text).remedy("try higher orders"));
     }
     if refused > 0 {
         let text = format!("{refused} candidates are left out: the record does not support them");
-        notes.push(Note::info("V12", text).count(refused));
+        notes.push(Note::info("V14", text).count(refused));
     }
     notes
 }
@@ -303,7 +303,7 @@ fn notes(rows: &[Tried], best: usize, refused: usize, limits: &Limits) -> Vec<No
 /// How many coefficients of a kind.
 type Count = fn(&Orders) -> usize;
 
-/// V12: others do about as well as the chosen one; X06 where they have another delay.
+/// V14: others do about as well as the chosen one; X06 where they have another delay.
 fn near_ties(rows: &[Tried], best: usize, limits: &Limits) -> Option<Note> {
     let chosen = &rows[best];
     let near = |k: &usize| *k != best && rows[*k].ties(chosen, limits);
@@ -319,7 +319,7 @@ fn near_ties(rows: &[Tried], best: usize, limits: &Limits) -> Option<Note> {
         (Some(own), Some(least)) => (own / least - 1.0, limits.X06),
         _ => (closest.bic - chosen.bic, BARE),
     };
-    let note = Note::warning(if other_delay { "X06" } else { "V12" }, text);
+    let note = Note::warning(if other_delay { "X06" } else { "V14" }, text);
     Some(
         note.count(others.len())
             .measured(measured, limit)
