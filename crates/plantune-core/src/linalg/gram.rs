@@ -58,42 +58,96 @@ struct Add<'g, F> {
     column: F,
 }
 
+/// Columns taken together: their products with each other, and with those of another tile, stay in registers.
+const TILE: usize = 4;
+
 impl<'x, F: Fn(usize) -> &'x [f64]> WithSimd for Add<'_, F> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Gram { n, g } = self.gram;
-        for i in 0..*n {
-            let x = (self.column)(i);
-            let mut j = i;
-            while j < *n {
-                let count = (*n - j).min(4);
-                // Idle ones repeat the last.
-                let columns = std::array::from_fn(|k| (self.column)(j + k.min(count - 1)));
-                let sums = products::<S, 4>(simd, x, columns);
-                g[i * *n + j..][..count].iter_mut().zip(sums).for_each(|(g, sum)| *g += sum);
-                j += count;
+        let n = self.gram.n;
+        for i in (0..n).step_by(TILE) {
+            let x = self.tile(i);
+            match n - i {
+                1 => self.gram.keep(i, i, own::<S, 1>(simd, x)),
+                2 => self.gram.keep(i, i, own::<S, 2>(simd, x)),
+                3 => self.gram.keep(i, i, own::<S, 3>(simd, x)),
+                _ => self.gram.keep(i, i, own::<S, TILE>(simd, x)),
+            }
+            for j in (i + TILE..n).step_by(TILE) {
+                let y = self.tile(j);
+                match n - j {
+                    1 => self.gram.keep(i, j, products::<S, 1>(simd, x, y)),
+                    2 => self.gram.keep(i, j, products::<S, 2>(simd, x, y)),
+                    3 => self.gram.keep(i, j, products::<S, 3>(simd, x, y)),
+                    _ => self.gram.keep(i, j, products::<S, TILE>(simd, x, y)),
+                }
             }
         }
     }
 }
 
-/// `x . y` for each of the columns.
-#[inline(always)]
-fn products<S: Simd, const K: usize>(simd: S, x: &[f64], columns: [&[f64]; K]) -> [f64; K] {
-    let len = x.len();
-    let (xs, x_tail) = S::as_simd_f64s(x);
-    let columns = columns.map(|y| S::as_simd_f64s(&y[..len]));
-    let heads = columns.map(|(head, _)| &head[..xs.len()]);
-    let mut sums = [simd.splat_f64s(0.0); K];
-    for (t, &x) in xs.iter().enumerate() {
-        for k in 0..K {
-            sums[k] = simd.mul_add_e_f64s(x, heads[k][t], sums[k]);
+impl<'x, F: Fn(usize) -> &'x [f64]> Add<'_, F> {
+    /// The columns from `i` on; where there are no more, the last again.
+    #[inline(always)]
+    fn tile(&self, i: usize) -> [&'x [f64]; TILE] {
+        std::array::from_fn(|k| (self.column)((i + k).min(self.gram.n - 1)))
+    }
+}
+
+impl Gram {
+    #[inline(always)]
+    fn keep<const I: usize, const J: usize>(&mut self, i: usize, j: usize, sums: [[f64; J]; I]) {
+        for (k, row) in sums.iter().enumerate() {
+            let own = &mut self.g[(i + k) * self.n + j..][..J];
+            own.iter_mut().zip(row).for_each(|(g, sum)| *g += sum);
         }
     }
-    let tail = |k: usize| x_tail.iter().zip(columns[k].1).map(|(x, y)| x * y).sum::<f64>();
-    std::array::from_fn(|k| simd.reduce_sum_f64s(sums[k]) + tail(k))
+}
+
+/// `x_i . x_j` for `i <= j`, zero else.
+#[inline(always)]
+fn own<S: Simd, const K: usize>(simd: S, x: [&[f64]; TILE]) -> [[f64; K]; K] {
+    let x: [&[f64]; K] = std::array::from_fn(|i| x[i]);
+    sums(simd, x, x, |i, j| i <= j)
+}
+
+/// `x_i . y_j`
+#[inline(always)]
+fn products<S: Simd, const J: usize>(simd: S, x: [&[f64]; TILE], y: [&[f64]; TILE]) -> [[f64; J]; TILE] {
+    sums(simd, x, std::array::from_fn(|j| y[j]), |_, _| true)
+}
+
+/// `x_i . y_j` where wanted.
+#[inline(always)]
+fn sums<S: Simd, const I: usize, const J: usize>(
+    simd: S,
+    x: [&[f64]; I],
+    y: [&[f64]; J],
+    wanted: impl Fn(usize, usize) -> bool,
+) -> [[f64; J]; I] {
+    let len = x[0].len();
+    let (x, y) = (x.map(|x| S::as_simd_f64s(&x[..len])), y.map(|y| S::as_simd_f64s(&y[..len])));
+    let heads = x[0].0.len();
+    let (xs, ys) = (x.map(|(head, _)| &head[..heads]), y.map(|(head, _)| &head[..heads]));
+    let mut sums = [[simd.splat_f64s(0.0); J]; I];
+    for t in 0..heads {
+        let (x, y) = (xs.map(|x| x[t]), ys.map(|y| y[t]));
+        for i in 0..I {
+            for j in 0..J {
+                if wanted(i, j) {
+                    sums[i][j] = simd.mul_add_e_f64s(x[i], y[j], sums[i][j]);
+                }
+            }
+        }
+    }
+    let tail = |i: usize, j: usize| x[i].1.iter().zip(y[j].1).map(|(x, y)| x * y).sum::<f64>();
+    std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            if wanted(i, j) { simd.reduce_sum_f64s(sums[i][j]) + tail(i, j) } else { 0.0 }
+        })
+    })
 }
 
 #[cfg(test)]
