@@ -57,48 +57,49 @@ impl Lines {
         &self.data[start..][..len]
     }
 
-    /// Those of two lines.
+    /// `sign x` as the last of the rows at hand, zeros before.
     #[inline(always)]
-    pub(super) fn two(&mut self, lines: [usize; 2], len: usize) -> [&mut [f64]; 2] {
-        let [a, b] = lines.map(|line| self.span(line).start + self.past);
-        let (head, tail) = self.data.split_at_mut(a.max(b));
-        let (low, high) = (&mut head[a.min(b)..][..len], &mut tail[..len]);
-        if a < b { [low, high] } else { [high, low] }
-    }
-
-    /// `x` as the last of the rows at hand, zeros before; `factor x` is added to another line.
-    #[inline(always)]
-    pub(super) fn take(&mut self, [line, sum]: [usize; 2], x: &[f64], factor: f64, len: usize) {
-        let [line, sum] = self.two([line, sum], len);
-        let (before, line) = line.split_at_mut(len - x.len());
+    pub(super) fn take(&mut self, line: usize, sign: f64, x: &[f64], len: usize) {
+        let (before, own) = self.rows(line, len).split_at_mut(len - x.len());
         before.fill(0.0);
-        for ((to, sum), x) in line.iter_mut().zip(&mut sum[before.len()..]).zip(x) {
-            *to = *x;
-            *sum += factor * x;
-        }
+        own.iter_mut().zip(x).for_each(|(to, x)| *to = sign * x);
     }
 
-    /// The impulse at the first of the rows where a stretch begins, and `x0` added there to a line before it.
+    /// The impulse at row `at` of those at hand.
     #[inline(always)]
-    pub(super) fn begin(&mut self, [line, impulse]: [usize; 2], x0: &[f64], sign: f64, len: usize) {
-        let [line, impulse] = self.two([line, impulse], len);
-        impulse.fill(0.0);
-        if !x0.is_empty() {
-            impulse[0] = 1.0;
-            line.iter_mut().zip(x0).for_each(|(to, x)| *to += sign * x);
+    pub(super) fn impulse(&mut self, line: usize, at: Option<usize>, len: usize) {
+        let line = self.rows(line, len);
+        line.fill(0.0);
+        if let Some(at) = at {
+            line[at] = 1.0;
         }
     }
 
-    /// `to = p(q) from`; `from` is the earlier line.
+    /// `to += c from`, `lag` rows late.
+    #[inline(always)]
+    pub(super) fn add(&mut self, c: f64, (from, lag): (usize, usize), to: usize, len: usize) {
+        self.combine(from, lag, to, len, |to, x| *to += c * x);
+    }
+
+    /// `to = p(q) from`
     #[inline(always)]
     pub(super) fn product(&mut self, p: &[f64], from: usize, to: usize, len: usize) {
-        let (from, to) = (self.span(from).start + self.past, self.span(to).start + self.past);
-        let (head, tail) = self.data.split_at_mut(to);
-        let out = &mut tail[..len];
-        for (lag, &c) in p.iter().enumerate() {
-            let terms = out.iter_mut().zip(&head[from - lag..][..len]);
-            terms.for_each(|(o, x)| *o = if lag == 0 { c * x } else { *o + c * x });
+        self.combine(from, 0, to, len, |to, x| *to = p[0] * x);
+        for (lag, &c) in p.iter().enumerate().skip(1) {
+            self.add(c, (from, lag), to, len);
         }
+    }
+
+    #[inline(always)]
+    fn combine(&mut self, from: usize, lag: usize, to: usize, len: usize, with: impl Fn(&mut f64, f64)) {
+        let [source, target] = [from, to].map(|line| self.span(line).start + self.past);
+        let (head, tail) = self.data.split_at_mut(if from < to { target } else { source - self.past });
+        let (x, out) = if from < to {
+            (&head[source - lag..][..len], &mut tail[..len])
+        } else {
+            (&tail[self.past - lag..][..len], &mut head[target..][..len])
+        };
+        out.iter_mut().zip(x).for_each(|(to, x)| with(to, *x));
     }
 }
 

@@ -9,10 +9,10 @@
 //!   d:    (D/C) 1                         f_k: -(D/(C F_i)) w_i(t-k)
 //! ```
 //!
-//! All recursions begin at rest at the first residual row of a stretch. What is not known of its start enters
-//! as impulses there: into every `1/F_i`, and into `1/C`. The error is linear in them, so they are eliminated
-//! stretch by stretch ([`Segmented`]). Lags of `w`, `eps` and `v`, which are zero before, are the same numbers
-//! later; lags of the data are not, and are filtered each on its own.
+//! All recursions begin at rest where a stretch begins, so that each signal is filtered once and its lags are the
+//! same numbers later. What the rows before the stretch have left enters as impulses from the first residual row
+//! on: into every `1/F_i`, and into `1/C`. The error is linear in them, so they are eliminated stretch by stretch
+//! ([`Segmented`]).
 //! Rows pass in blocks that stay in the cache; no signal of the record's length is made.
 //!
 //! Ljung 1999, (7.19) and 10.3; source 001, 3.5.7.
@@ -50,7 +50,6 @@ pub(super) struct Predictor<'r, 'a> {
     u: Vec<Vec<f64>>,
     u_rows: Vec<f64>, // (N, nu), where there are several inputs
     y: Vec<f64>,
-    minus_y: Vec<f64>,
     /// Rows without a break that the model needs whole; residuals begin `history` rows later.
     stretches: Vec<Range<usize>>,
     history: usize,
@@ -98,20 +97,20 @@ impl<'r, 'a> Predictor<'r, 'a> {
         let scale_y = Scale::of(&y, centred);
         let scaled = |x: &[f64], s: Scale| x.iter().map(|&x| s.apply(x)).collect::<Vec<f64>>();
         let y = scaled(&y, scale_y);
-        let minus_y = if orders.na > 0 { y.iter().map(|y| -y).collect() } else { Vec::new() };
         let history = if start == Start::Zero { 0 } else { orders.history() };
         let layout = Layout::new(orders, constant, start);
         let states = layout.states;
         let stretches: Vec<_> =
             stretches(rec, orders).into_iter().filter(|s| s.len() > history + states).collect();
         let most_f = orders.nf.iter().copied().max().unwrap_or(0);
-        let past = FURTHER + 1 + [most_f, orders.nc, orders.nd].into_iter().max().unwrap_or(0);
+        let most_b = orders.nb.iter().copied().max().unwrap_or(0);
+        let most = [orders.na, most_b, most_f, orders.nc, orders.nd].into_iter().max().unwrap_or(0);
+        let past = FURTHER + 1 + most;
         let of_input = |(k, &u): (usize, &f64)| scale_u[k % rec.nu].apply(u);
         Predictor {
             u_rows: if rec.nu == 1 { Vec::new() } else { rec.u.iter().enumerate().map(of_input).collect() },
             u: (0..rec.nu).map(|i| scaled(&rec.input(i), scale_u[i])).collect(),
             y,
-            minus_y,
             scale_u,
             scale_y,
             x0: vec![vec![0.0; states]; stretches.len()],
@@ -276,27 +275,18 @@ impl<'r, 'a> Predictor<'r, 'a> {
         self.lines.clear();
         let Range { start, end } = self.stretches[s];
         let first = start + self.history;
-        let mut t = first;
+        let mut t = start;
         while t < end {
             let len = BLOCK.min(end - t);
             self.at = t;
-            let state = (t == first).then_some(s);
             vectorised(
                 #[inline(always)]
-                || self.run(t..t + len, start, constant, state),
+                || self.run(t..t + len, s, constant),
             );
+            let from = first.saturating_sub(t).min(len);
             match self.rec.valid {
-                None => take(self, 0..len),
-                Some(valid) => {
-                    let mut from = 0;
-                    for run in valid[t..t + len].chunk_by(|a, b| a == b) {
-                        let rows = from..from + run.len();
-                        from = rows.end;
-                        if run[0] {
-                            take(self, rows);
-                        }
-                    }
-                }
+                None => take(self, from..len),
+                Some(valid) => runs(&valid[t..t + len], from).for_each(|rows| take(self, rows)),
             }
             t += len;
             if t < end {
@@ -327,45 +317,46 @@ impl<'r, 'a> Predictor<'r, 'a> {
         }
     }
 
-    /// Brings all signals through the model over some rows; the first ones of a stretch get its `state`.
+    /// Brings all signals through the model over some rows of stretch `s`.
     #[inline(always)]
-    fn run(&mut self, rows: Range<usize>, start: usize, constant: f64, state: Option<usize>) {
-        let Predictor { lines, layout, model, y, minus_y, u, .. } = self;
-        let len = rows.len();
-        let mut x0: &[f64] = state.map_or(&[], |s| &self.x0[s]);
-        let begins = !x0.is_empty();
-        if self.constant {
-            lines.rows(layout.one, len).fill(1.0);
+    fn run(&mut self, rows: Range<usize>, s: usize, constant: f64) {
+        let Predictor { lines, layout, model, y, u, x0, orders, .. } = self;
+        let (len, start) = (rows.len(), self.stretches[s].start);
+        let begin = Begin { first: start + self.history, rows: rows.clone() };
+        let mut x0: &[f64] = &x0[s];
+        if let Some(one) = layout.one {
+            lines.rows(one, len).fill(1.0);
         }
         lines.rows(layout.v, len).iter_mut().zip(&y[rows.clone()]).for_each(|(v, y)| *v = y - constant);
-        for (k, line) in layout.minus_y.clone().enumerate() {
-            let lag = delayed(minus_y, k + 1, &rows, start);
-            lines.take([line, layout.v], lag, -model.A[k + 1], len);
+        if let Some(line) = layout.minus_y {
+            lines.take(line, -1.0, &y[rows.clone()], len);
+            for (k, a) in model.A.iter().enumerate().skip(1) {
+                lines.add(-a, (line, k), layout.v, len);
+            }
         }
         for (i, path) in layout.paths.iter().enumerate() {
-            let first = path.group.first();
-            let divided = self.orders.nf[i] > 0;
-            let (sum, sign) = if divided { (first, 1.0) } else { (layout.v, -1.0) };
-            if divided {
-                lines.rows(first, len).fill(0.0);
-            }
-            for (k, line) in path.u.clone().enumerate() {
-                let lag = delayed(&u[i], model.nk[i] + k, &rows, start);
-                lines.take([line, sum], lag, sign * model.B[i][k], len);
-            }
-            if let Some(impulse) = path.impulse {
-                let (own, rest) = x0.split_at(if begins { self.orders.nf[i] } else { 0 });
-                lines.begin([first, impulse], own, 1.0, len);
+            lines.take(path.u, 1.0, delayed(&u[i], model.nk[i], &rows, start), len);
+            let Some(divided) = &path.divided else {
+                for (k, b) in model.B[i].iter().enumerate() {
+                    lines.add(-b, (path.u, k), layout.v, len);
+                }
+                continue;
+            };
+            let w = divided.group.first();
+            lines.product(&model.B[i], path.u, w, len);
+            lines.product(&[1.0], path.u, divided.u, len);
+            if let Some(impulse) = divided.impulse {
+                let (own, rest) = x0.split_at(orders.nf[i]);
+                lines.impulse(impulse, begin.at(), len);
+                begin.add(own, 1.0, lines.rows(w, len));
                 x0 = rest;
             }
-            if divided {
-                lines.divide(&model.F[i], path.group, -1.0, len);
-                let [v, w] = lines.two([layout.v, first], len);
-                v.iter_mut().zip(w).for_each(|(v, w)| *v -= *w);
-            }
+            lines.divide(&model.F[i], divided.group, -1.0, len);
+            lines.add(-1.0, (w, 0), layout.v, len);
         }
         let Some(noise) = &layout.noise else { return };
-        lines.product(&model.D, layout.v, noise.group.first(), len);
+        let eps = noise.group.first();
+        lines.product(&model.D, layout.v, eps, len);
         for &(from, to) in &noise.passing {
             lines.product(&model.D, from, to, len);
         }
@@ -373,9 +364,30 @@ impl<'r, 'a> Predictor<'r, 'a> {
             lines.product(&[-1.0], layout.v, minus_v, len);
         }
         if let Some(impulse) = noise.impulse {
-            lines.begin([noise.group.first(), impulse], x0, -1.0, len);
+            lines.impulse(impulse, begin.at(), len);
+            begin.add(x0, -1.0, lines.rows(eps, len));
         }
         lines.divide(&model.C, noise.group, 1.0, len);
+    }
+}
+
+/// The first residual row of a stretch, where its initial state enters, beside the rows at hand.
+struct Begin {
+    first: usize,
+    rows: Range<usize>,
+}
+
+impl Begin {
+    /// Its place in them.
+    fn at(&self) -> Option<usize> {
+        self.rows.contains(&self.first).then(|| self.first - self.rows.start)
+    }
+
+    /// Adds `sign x0` from there on.
+    fn add(&self, x0: &[f64], sign: f64, line: &mut [f64]) {
+        for (k, x) in (self.first..).zip(x0).filter(|(k, _)| self.rows.contains(k)) {
+            line[k - self.rows.start] += sign * x;
+        }
     }
 }
 
@@ -427,6 +439,16 @@ impl Residuals for Predictor<'_, '_> {
 fn stretches(rec: &Record, orders: &Orders) -> Vec<Range<usize>> {
     let remembers_y = orders.na + orders.nc + orders.nd > 0;
     if remembers_y { rec.runs(0, 0, 0) } else { rec.segments().collect() }
+}
+
+/// Runs of true values, the first `from` left out.
+fn runs(valid: &[bool], from: usize) -> impl Iterator<Item = Range<usize>> {
+    let mut end = from;
+    valid[from..].chunk_by(|a, b| a == b).filter_map(move |run| {
+        let rows = end..end + run.len();
+        end = rows.end;
+        run[0].then_some(rows)
+    })
 }
 
 /// `x(t - lag)` on those of the rows where it is not before the stretch.
