@@ -25,7 +25,7 @@ pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eige
 pub use forward::forward;
 pub use gram::Gram;
 pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};
-pub use levenberg::{Minimum, Residuals, TIE, minimise};
+pub use levenberg::{MOST_STEPS, Minimum, Residuals, TIE, minimise};
 pub use lines::Lines;
 pub use nnls::{NonNegative, nnls};
 pub use qr::{BLOCK, Block, Triangle};

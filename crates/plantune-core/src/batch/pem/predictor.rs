@@ -24,7 +24,7 @@ use super::super::scores::Part;
 use super::layout::Layout;
 use super::lines::Lines;
 use crate::linalg::{
-    BLOCK, Block, Gram, Minimum, Residuals, Segmented, TIE, Triangle, dot, residual_norm2, solve_damped,
+    BLOCK, Block, Gram, MOST_STEPS, Minimum, Residuals, Segmented, TIE, Triangle, dot, minimise, residual_norm2, solve_damped,
     vectorised,
 };
 use crate::model::PolyModel;
@@ -38,6 +38,14 @@ const FURTHER: usize = 2;
 
 /// Least p-value at which they are taken as explaining nothing.
 const BY_CHANCE: f64 = 1e-3;
+
+/// Rows from which on a part of them leads to the minimum first: one of [`PART`], in [`PIECES`].
+const MANY: usize = 32_000;
+const PART: usize = 16;
+const PIECES: usize = 8;
+
+/// Steps on the part, which ends elsewhere anyway.
+const STEPS_OF_PART: usize = 6;
 
 /// Scaled data, and the signals on their way through a model.
 pub(super) struct Predictor<'r, 'a> {
@@ -67,6 +75,7 @@ pub(super) struct Predictor<'r, 'a> {
     block: Option<Block>,
     /// Whether columns have been far enough from dependence for sums of their products.
     by_products: bool,
+    most_steps: usize,
 }
 
 /// Parameters, their cost, the states used there, and what is left of the states' columns.
@@ -120,6 +129,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
             block: None,
             lines: Lines::new(layout.count, past),
             by_products: true,
+            most_steps: MOST_STEPS,
             layout,
             rec,
             orders,
@@ -246,7 +256,31 @@ impl<'r, 'a> Predictor<'r, 'a> {
     pub(super) fn restart(&mut self) {
         self.best = None;
         self.by_products = true;
-        self.x0.iter_mut().for_each(|x| x.fill(0.0));
+        self.x0 = vec![vec![0.0; self.layout.states]; self.stretches.len()];
+    }
+
+    /// Parameters near the minimum, to which a part of a long record leads from `theta` sooner than all rows would.
+    pub(super) fn approach(&mut self, theta: Vec<f64>) -> Vec<f64> {
+        if self.N() < MANY {
+            return theta;
+        }
+        let part = self.stretches.iter().flat_map(|s| self.pieces(s)).collect();
+        let all = std::mem::replace(&mut self.stretches, part);
+        self.most_steps = STEPS_OF_PART;
+        self.restart();
+        let near = minimise(self, theta.clone());
+        self.most_steps = MOST_STEPS;
+        self.stretches = all;
+        near.map_or(theta, |near| near.theta)
+    }
+
+    /// A [`PART`] of a stretch: pieces all over it; from rest, its head.
+    fn pieces(&self, stretch: &Range<usize>) -> Vec<Range<usize>> {
+        let count = if self.start == Start::Zero { 1 } else { PIECES };
+        let own = stretch.len() / PART / count;
+        let from = |i: usize| stretch.start + stretch.len() * i / count;
+        let pieces = (0..count).map(|i| from(i)..from(i) + own);
+        pieces.filter(|piece| piece.len() > self.history + 2 * self.layout.states).collect()
     }
 
     /// Triangle of `[initial state | theta, constant | eps]` of one stretch.
@@ -431,6 +465,10 @@ impl Residuals for Predictor<'_, '_> {
 
     fn exact(&self) -> f64 {
         1e-26 * dot(&self.y, &self.y)
+    }
+
+    fn most_steps(&self) -> usize {
+        self.most_steps
     }
 }
 

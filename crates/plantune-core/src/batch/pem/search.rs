@@ -49,6 +49,7 @@ struct Search {
 
 impl Search {
     fn follow(&mut self, predictor: &mut Predictor, theta: Vec<f64>) {
+        let theta = predictor.approach(theta);
         predictor.restart();
         let Some(minimum) = minimise(predictor, theta) else { return };
         self.last = self.best.as_ref().is_none_or(|best| minimum.cost < best.cost * (1.0 - LOWER));

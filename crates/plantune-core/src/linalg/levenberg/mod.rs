@@ -28,7 +28,8 @@ const GRADIENT: f64 = 3e-8;
 /// The same where rounding lets no step lower the cost any more.
 const ROUNDED: f64 = 1e-5;
 
-const MOST_STEPS: usize = 400;
+/// Steps after which a search ends wherever it is.
+pub const MOST_STEPS: usize = 400;
 
 /// A nonlinear least-squares problem.
 pub trait Residuals {
