@@ -18,6 +18,7 @@ mod starts;
 use self::predictor::Predictor;
 pub(super) use self::rows::{refit, rows};
 use self::search::global_minimum;
+use super::cancellation::cancellation;
 use super::fit::{Fit, Status};
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
@@ -76,6 +77,7 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
         y: predictor.scale_y,
     };
     let mut fit = scaled.fit(orders, rec.Ts, limits);
+    fit.notes.extend(cancellation(&fit, orders, false, limits));
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&uncertain_by(&best, &solution)[..orders.n()], &best.theta);
     fit.x0 = predictor.x0();
