@@ -272,7 +272,7 @@ mod tests {
         let arx = Orders::arx(3, vec![3], vec![1]);
         assert_eq!(remedy(SECOND, over(SECOND[1]), &arx), ask("na = 2, nb = 2"));
         assert_eq!(
-            remedy(FIRST, over(&[1.0, -0.5]), &box_jenkins(1, 1, 2, 1)),
+            remedy(FIRST, over(&[1.0, -0.5]), &box_jenkins(2, 0, 1, 2)),
             ask("nb = 1, nd = 1, nf = 1")
         );
     }

@@ -420,6 +420,10 @@ impl Residuals for Predictor<'_, '_> {
     fn exact(&self) -> f64 {
         1e-26 * dot(&self.y, &self.y)
     }
+
+    fn has_states(&self) -> bool {
+        self.layout.states > 0
+    }
 }
 
 /// Rows that a model needs whole: the segments where only the simulated output is remembered, for it passes
