@@ -81,8 +81,12 @@ def test_intervals_hold_the_truth_in_95_of_100(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_intervals_hold_the_truth_in_95_of_100_of_1000_records(name):
+    """A miss is counted again on 10 000 before anything is concluded (DESIGN 6)."""
     share = covered(name, range(1000))
     print(name, share.round(3))
+    if share.min() < 0.93 or share.max() > 0.97:
+        share = covered(name, range(10_000))
+        print(name, "10 000", share.round(4))
     assert share.min() >= 0.93 and share.max() <= 0.97, share
 
 
@@ -194,6 +198,10 @@ def test_no_model_is_claimed_where_there_is_no_relation(verb, seeds):
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", [pt.job.run, arx_on_fresh_rows])
 def test_no_model_is_claimed_in_1000_records_without_a_relation(verb):
-    claimed = [seed for seed in range(1000) if is_claimed(verb, unrelated(seed))]
-    print(verb.__name__, len(claimed), claimed)
-    assert len(claimed) <= 10
+    """A miss is counted again on 10 000 before anything is concluded (DESIGN 6)."""
+    for seeds in (1000, 10_000):
+        claimed = sum(is_claimed(verb, unrelated(seed)) for seed in range(seeds))
+        print(verb.__name__, claimed, "of", seeds)
+        if claimed <= seeds / 100:
+            return
+    assert claimed <= seeds / 100
