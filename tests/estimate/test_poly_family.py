@@ -189,6 +189,20 @@ def test_a_sample_later_is_a_delay_more(name):
     assert (np.abs(other.theta - one.theta) < 0.2 * one.sd).all()
 
 
+def test_a_start_far_from_rest_is_no_obstacle():
+    """A first response of 300 times the noise; with states a step behind, one in twenty stopped."""
+    model = pt.models.PolyModel(B=[[0.5], [1.0]], F=[[1, -0.8], [1, -0.5]], nk=[2, 0], Ts=0.5)
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        N = (60, 150, 300, 600)[seed % 4]
+        u = 40 + 3 * np.repeat(rng.normal(size=N), 4)[:N]
+        y = 500 + model.simulate(np.column_stack([u, 0.3 * rng.normal(size=N)]))
+        valid = np.arange(N) != N // 4
+        for starts, holes in (((0,), None), ((0, N // 2 - 5), None), ((0, N // 2 - 5), valid)):
+            rec = pt.Record(u=u, y=y, Ts=0.5, starts=starts, valid=holes)
+            assert pt.estimate.bj(rec, 1, 0, 1, 1, 2).status == "converged", (seed, starts)
+
+
 def test_all_verbs_are_cases_of_poly():
     u, y, _ = experiment("bj 2, delay")
     rec = pt.Record(u=u, y=y, Ts=0.1)
