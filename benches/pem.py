@@ -1,10 +1,11 @@
-"""First-order ARMAX and OE against scipy's Levenberg-Marquardt and against SIPPY.
+"""First-order ARMAX and OE against scipy's Levenberg-Marquardt, SIPPY and statsmodels.
 
     y(t) + a y(t-1) = b u(t-1) + e(t) + c e(t-1)        y = B/F u + e,  F = 1 + f q^-1
 
 All start from rest and estimate no offset.  scipy minimises the same sum of squares from the
 same ARX estimate, with `lfilter` for the errors and for their analytic slopes, so its ratio is
-one of like with like.  SIPPY keeps its own start and tolerances.
+one of like with like.  SIPPY keeps its own start and tolerances.  statsmodels has neither structure
+ready: its Kalman filter and search get the models as state spaces, and the same ARX start.
 """
 
 from functools import partial
@@ -140,10 +141,57 @@ def sippy_oe(N):
     return job
 
 
+# statsmodels ----------------------------------------------------------------------------------
+
+
+def state_space(data, order, N):
+    """Maximum likelihood of x(t+1) = -f x + b u + (c - f) e, y = x + e; without c: OE."""
+    from statsmodels.tsa.statespace.mlemodel import MLEModel
+
+    u, y = data(N)
+    is_pole = np.array([name in "fc" for name in order])
+
+    class Model(MLEModel):
+        def __init__(self, start):
+            super().__init__(y, k_states=2, k_posdef=1)
+            self._start = np.array(start)
+            self.ssm.filter_concentrated = True  # the variance of e follows from the rest
+            self["design"] = np.ones((1, 2))  # the states are x and e
+            self["selection", 1, 0] = 1.0
+            self["state_intercept"] = np.zeros((2, N))
+            self["state_cov", 0, 0] = 1.0
+            self.ssm.initialize_known(np.zeros(2), np.diag([0.0, 1.0]))
+
+        start_params = property(lambda self: self._start)
+        param_names = property(lambda self: list(order))
+
+        def transform_params(self, free):  # f and c inside the unit circle
+            return np.where(is_pole, np.tanh(free), free)
+
+        def untransform_params(self, params):
+            return np.where(is_pole, np.arctanh(params), params)
+
+        def update(self, params, **options):
+            p = dict(zip(self.param_names, super().update(params, **options), strict=True))
+            self["transition"] = np.array([[-p["f"], p["c"] - p["f"] if "c" in p else 0.0], [0, 0]])
+            self["state_intercept"] = np.vstack([p["b"] * u, np.zeros(N)])
+
+    def job():
+        past = np.column_stack([-y[:-1], u[:-1]])
+        f, b = np.linalg.lstsq(past, y[1:], rcond=None)[0]
+        first = {"f": f, "b": b, "c": 0.0}
+        fit = Model([first[name] for name in order]).fit(disp=False, cov_type="none")
+        return fit.params
+
+    return job
+
+
 ARMAX = ("plantune.estimate.armax", armax)
 OE = ("plantune.estimate.oe", oe)
 SIPPY_ARMAX = ("SIPPY, iterated least squares", partial(sippy_armax, "ILLS"))
 SIPPY_OE = ("SIPPY, OPT", sippy_oe)
+STATSMODELS_ARMAX = ("statsmodels, MLEModel", partial(state_space, armax_data, "fbc"))
+STATSMODELS_OE = ("statsmodels, MLEModel", partial(state_space, oe_data, "bf"))
 
 
 def scipy_lm(data, errors, start):
@@ -156,7 +204,8 @@ SCIPY_OE = scipy_lm(oe_data, oe_errors, lambda a, b: [b, a])
 
 def bench(title, N, *contestants):
     def needs(name):
-        return {"scipy": ("scipy",), "SIPPY,": ("sippy_unipi",)}.get(name.split()[0], ())
+        peers = {"scipy": ("scipy",), "SIPPY,": ("sippy_unipi",), "statsmodels,": ("statsmodels",)}
+        return peers.get(name.split()[0], ())
 
     return Bench(
         f"{title}, N = {N:.0e}",
@@ -164,15 +213,14 @@ def bench(title, N, *contestants):
     )
 
 
-def sippy_once():
-    """One run: it takes so long that repeats say nothing more; its OE takes a minute and a half."""
+def once(ours, theirs):
+    """One run: it takes so long that repeats say nothing more."""
     try:
-        seconds = [cpu_seconds(setup(10**5)) for _, setup in (ARMAX, SIPPY_ARMAX)]
+        seconds = [cpu_seconds(setup(10**5)) for _, setup in (ours, theirs)]
     except ImportError as missing:
         return [f"skipped: {missing}"]
-    return [
-        f"ours {seconds[0]:.4f} s, SIPPY {seconds[1]:.1f} s: {seconds[1] / seconds[0]:.0f} times"
-    ]
+    a, b = seconds
+    return [f"ours {a:.4f} s, {theirs[0]} {b:.1f} s: {b / a:.0f} times"]
 
 
 def cpu_seconds(job):
@@ -182,9 +230,12 @@ def cpu_seconds(job):
 
 
 BENCHES = [
-    bench("ARMAX 1, 1, 1", 10**3, ARMAX, SCIPY_ARMAX, SIPPY_ARMAX),
-    bench("OE 1, 1", 10**3, OE, SCIPY_OE, SIPPY_OE),
+    bench("ARMAX 1, 1, 1", 10**3, ARMAX, SCIPY_ARMAX, SIPPY_ARMAX, STATSMODELS_ARMAX),
+    bench("OE 1, 1", 10**3, OE, SCIPY_OE, SIPPY_OE, STATSMODELS_OE),
     bench("ARMAX 1, 1, 1", 10**5, ARMAX, SCIPY_ARMAX),
     bench("OE 1, 1", 10**5, OE, SCIPY_OE),
-    Report("ARMAX 1, 1, 1, N = 1e+05, SIPPY once", sippy_once),
+    # Without SIPPY's OE, which takes a minute and a half.
+    Report("ARMAX 1, 1, 1, N = 1e+05, SIPPY once", partial(once, ARMAX, SIPPY_ARMAX)),
+    Report("ARMAX 1, 1, 1, N = 1e+05, statsmodels once", partial(once, ARMAX, STATSMODELS_ARMAX)),
+    Report("OE 1, 1, N = 1e+05, statsmodels once", partial(once, OE, STATSMODELS_OE)),
 ]

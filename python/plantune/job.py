@@ -65,9 +65,9 @@ class Run:
     >>> import plantune as pt
     >>> run = pt.job.run(pt.datasets.hair_dryer())
     >>> run.findings["delay"].nk, {name: round(v.fit) for name, v in run.verdicts.items()}
-    (3, {'ARX': 85, 'OE': 92, 'ARMAX': 86, 'P1D': 82})
+    (3, {'ARX': 85, 'OE': 86, 'ARMAX': 86, 'P1D': 82})
     >>> run.trusted, run.tunings[0].rule
-    ('OE', 'IMC-PI, gain_margin = 3')
+    ('ARX', 'IMC-PI, gain_margin = 3')
     """
 
     title: str
@@ -91,7 +91,7 @@ class Run:
         --------
         >>> import plantune as pt
         >>> pt.job.run(pt.datasets.hair_dryer()).relied
-        ('OE', 'P1D')
+        ('ARX', 'P1D')
         """
         return tuple(dict.fromkeys((self.trusted, self.chosen.method)))
 
@@ -103,7 +103,7 @@ class Run:
         --------
         >>> import plantune as pt
         >>> pt.job.run(pt.datasets.hair_dryer()).rival
-        'OE'
+        'ARX'
         """
         names = [name for name in self.fits if name != "P1D"]
         if self.trusted in names:
@@ -135,11 +135,9 @@ class Run:
         >>> run = pt.job.run(pt.datasets.hair_dryer())
         >>> for note, origins in run.named_notes().items():
         ...     print(note.code, note.text[:34], origins)
-        V10 OE is trusted: it simulates 495 ro ('run',)
-        M08 OE: residuals are not white: 14 la ('OE judged',)
+        V10 ARX is trusted: it simulates 495 r ('run',)
         M08 P1D: residuals are not white: 11 l ('P1D judged',)
         V02 P1D: residuals still follow power: ('P1D judged',)
-        V03 P1D: a polynomial model, OE, simul ('P1D for the settings',)
         V05 P1D: standard deviations are widen ('P1D for the settings',)
         """
         found: dict[Note, list[tuple[str, str]]] = {}

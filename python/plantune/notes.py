@@ -115,6 +115,8 @@ class Limits:
     """Least relative loss difference between the best two delays."""
     X08: float = _DEFAULT["X08"]
     """Least ratio of singular values of a record's regressor."""
+    X10: float = _DEFAULT["X10"]
+    """Distance in z below which a pole and a zero cancel, whatever their uncertainty."""
     F02: float = _DEFAULT["F02"]
     """Most that a filter may remember of an unknown start, as a share of what it changed."""
     M05: float = _DEFAULT["M05"]

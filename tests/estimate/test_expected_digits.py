@@ -17,11 +17,14 @@ def record(seed):
 
 
 def polished(rec, fit, model_of):
-    """Return theta after steps of Gauss and Newton until nothing is left to go."""
+    """Return theta after half steps of Gauss and Newton until nothing is left to go.
+
+    Where the model does not describe its data, whole steps overshoot: some by more than twice.
+    """
     theta, (_, offset, x0) = np.r_[fit.theta, fit.offset], refit_arguments(rec, fit)
-    for _ in range(30):
+    for _ in range(200):
         psi, eps, _ = _core.scores(rec, model_of(theta), theta[-1], x0, DEFAULT_LIMITS)
-        theta = theta + np.linalg.lstsq(psi, eps, rcond=None)[0]
+        theta = theta + 0.5 * np.linalg.lstsq(psi, eps, rcond=None)[0]
     assert abs(theta[-1] - offset) < 1e-3 * fit.offset_sd
     return theta[:-1]
 
@@ -45,6 +48,5 @@ def test_promised_digits_are_those_of_the_minimum(model_of):
         error = np.maximum(abs(fit.theta / polished(rec, fit, model_of) - 1), 1e-16)
         gaps.extend(-np.log10(error) - fit.expected_digits)
     # DESIGN 6: never overstated by more than 0.5, understated by at most 2 in the median.
-    # The ARMAX does not describe its data: steps shrink slowly there, and up to 1.86 was seen.
-    assert min(gaps) > (-0.5 if is_oe else -2.0), min(gaps)
+    assert min(gaps) > -0.5, min(gaps)
     assert np.median(gaps) < 2.0, np.median(gaps)

@@ -1,4 +1,4 @@
-"""Four measured records as far as linear models reach, and what the verdict says where they stop.
+"""Measured records as far as linear models reach, and what the verdict says where they stop.
 
 The orders and the figures beside which ours stand were found with tests/oracles/poly_family.py.
 """
@@ -20,6 +20,30 @@ def judged(rec, share, estimate, **options):
         return pt.validate.check(val, estimate(est), **options)
     except pt.NotIdentifiable as error:
         return error.result
+
+
+def test_the_gas_furnace_is_predicted_as_in_print(data):
+    """Box and Jenkins' series J: mean square of one step 0.0576 by ARX, 0.0570 by their model."""
+    path = data("gas_furnace") / "gas-furnace.csv"
+    rec = pt.read(path, u="InputGasRate", y="CO2", Ts=9.0)
+    arx = pt.estimate.arx(rec, 3, 4, 3)
+    assert arx.loss <= 0.0576 and arx.N == 290
+    bj = pt.estimate.bj(rec, nb=3, nc=0, nd=2, nf=1, nk=3)
+    assert bj.status == "converged" and bj.loss < 0.05705 and len(bj.theta) == 6
+    # Printed: -(0.53 + 0.37 B + 0.51 B^2)/(1 - 0.57 B) X(t-3) + e/(1 - 1.53 B + 0.63 B^2),
+    # of the whole series and from other starting values.
+    printed = np.array([-0.53, -0.37, -0.51, -1.53, 0.63, -0.57])
+    assert (np.abs(bj.theta - printed) < 1.0 * bj.sd).all()
+
+
+@pytest.mark.parametrize(
+    ("offset", "simulated", "one_step"), [("fit", 85.3, 95.0), ("estimate", 91.2, 95.2)]
+)
+def test_half_of_the_hair_dryer_foretells_the_other(offset, simulated, one_step):
+    """91.2 % of the simulation is reached with a level of the fresh half's own."""
+    est, val = pt.datasets.hair_dryer().split(0.5)
+    verdict = pt.validate.check(val, pt.estimate.arx(est, 2, 2, 3), offset=offset)
+    assert verdict.fit >= simulated and verdict.fit_1step >= one_step
 
 
 def test_the_wall_is_linear(data):

@@ -27,6 +27,8 @@ pub struct Limits {
     pub X06: f64,
     /// Least ratio of singular values of the column-scaled regressor of a record.
     pub X08: f64,
+    /// Distance below which a pole and a zero count as cancelling, whatever their uncertainty.
+    pub X10: f64,
     /// Most that a filter may remember of an unknown start, as a share of what it changed.
     pub F02: f64,
     /// Least share of what a linear model leaves that a dead band must explain.
@@ -78,6 +80,7 @@ impl Default for Limits {
             X05: 1.0 / 3.0,
             X06: 0.01,
             X08: 1e-10,
+            X10: 0.01,
             F02: 0.02,
             M05: 0.3,
             M06: 0.4,
@@ -101,7 +104,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 29] {
+    pub fn items(&self) -> [(&'static str, f64); 30] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -115,6 +118,7 @@ impl Limits {
             ("X05", self.X05),
             ("X06", self.X06),
             ("X08", self.X08),
+            ("X10", self.X10),
             ("F02", self.F02),
             ("M05", self.M05),
             ("M06", self.M06),

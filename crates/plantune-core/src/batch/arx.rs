@@ -6,6 +6,7 @@
 //!
 //! Source 000, (2.1-1) and (2.2-3) to (2.2-5).
 
+use super::cancellation::cancellation;
 use super::fit::Fit;
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
@@ -41,6 +42,7 @@ pub fn arx(rec: &Record, orders: &Orders, offset: bool, limits: &Limits) -> Resu
         y: regression.y,
     };
     let mut fit = scaled.fit(orders, rec.Ts, limits);
+    fit.notes.extend(cancellation(&fit, orders, false, limits));
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&error[..n], &solution.theta[..n]);
     fit.x0 = rec.segments().map(|_| Vec::new()).collect();

@@ -15,6 +15,7 @@
 //! An `L` of order `na + nb` is no inverse noise model; with [`LAGS`] more the intervals are true.
 //! Ljung 1999, (15.21) to (15.26); Söderström and Stoica 1989, 8.3.
 
+use super::cancellation::cancellation;
 use super::fit::{Fit, Status};
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
@@ -56,6 +57,7 @@ pub fn iv4(rec: &Record, orders: &Orders, offset: bool, rounds: usize, limits: &
     let scaled =
         Scaled { theta, inverse_gram: &inverse_gram, rss, N, states: 0, u: &data.scale_u, y: data.scale_y };
     let mut fit = scaled.fit(orders, rec.Ts, limits);
+    fit.notes.extend(cancellation(&fit, orders, true, limits));
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&error[..orders.n()], &theta[..orders.n()]);
     fit.x0 = rec.segments().map(|_| Vec::new()).collect();

@@ -2,6 +2,7 @@
 
 mod arx;
 mod bootstrap;
+mod cancellation;
 mod fit;
 mod huber;
 mod iv4;

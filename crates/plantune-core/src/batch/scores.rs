@@ -229,6 +229,7 @@ mod tests {
             (Orders::arx(1, vec![1], vec![2]), false),
             (Orders::oe(vec![1], vec![1], vec![2]), true),
             (Orders::armax(1, vec![1], 1, vec![2]), true),
+            (Orders { nd: 1, ..Orders::oe(vec![1], vec![1], vec![2]) }, true),
             (Orders { nc: 1, nd: 1, ..Orders::oe(vec![1], vec![1], vec![2]) }, true),
         ] {
             let options = PemOptions { offset, start: Start::Estimate };

@@ -191,7 +191,7 @@ impl Layout {
 }
 
 /// Roots of `p`, whose coefficients from `from` on are the parameters that begin at `first`.
-fn roots_of(p: &[f64], from: usize, first: usize, n: usize) -> Vec<Root> {
+pub fn roots_of(p: &[f64], from: usize, first: usize, n: usize) -> Vec<Root> {
     let of = |(re, im): (f64, f64)| {
         let z = C::new(re, im);
         let w = z.inv();

@@ -178,7 +178,8 @@ fn fit_percent(y: &[f64], e: &[f64]) -> f64 {
 }
 
 /// p-value of the slope in `y = c + slope yhat`, on as many rows as the autocorrelation of both leaves
-/// independent (Bartlett); 1 for a slope that is not positive.
+/// independent (Bartlett); 1 for a slope that is not positive. Initial states fitted to y explain a row of it each
+/// whatever u is, and count beside the slope.
 fn relation(rec: &Record, verdict: &Verdict) -> f64 {
     let run = &verdict.simulated;
     let rows: Vec<usize> = (0..run.rows.len()).filter(|&k| rec.is_valid(run.rows[k], 0)).collect();
@@ -195,8 +196,10 @@ fn relation(rec: &Record, verdict: &Verdict) -> f64 {
         .map(|(a, b)| a * b)
         .sum();
     let independent = (rows.len() as f64 / (1.0 + 2.0 * shared).max(1.0)).max(3.0);
-    let F = r * r * (independent - 2.0) / (1.0 - r * r).max(f64::EPSILON);
-    f_tail(F, 1.0, independent - 2.0)
+    let states = run.x0.iter().map(Vec::len).sum::<usize>() as f64;
+    let fitted = 1.0 + states * independent / rows.len() as f64;
+    let F = r * r * (independent - 2.0) / (1.0 - r * r).max(f64::EPSILON) / fitted;
+    f_tail(F, fitted, independent - 2.0)
 }
 
 /// `sqrt(1 + 2 sum |r_e(k)|)` over the lags outside the band; 1 where no more are outside than by chance.

@@ -18,6 +18,7 @@ mod starts;
 use self::predictor::Predictor;
 pub(super) use self::rows::{refit, rows};
 use self::search::global_minimum;
+use super::cancellation::cancellation;
 use super::fit::{Fit, Status};
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
@@ -26,8 +27,12 @@ use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{Minimum, RankDeficient, Solution, solve};
 use crate::note::{Note, Place};
+use crate::poly::roots;
 use crate::record::Record;
 use crate::sim::Start;
+
+/// Modulus of a root from which it lies on the unit circle.
+const BESIDE: f64 = 1.0 - 1e-6;
 
 /// What may be set.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +48,8 @@ pub struct PemOptions {
 /// Orders that are too high (X10) are refused with lower ones that the data support, if there are any.
 pub fn pem(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -> Result<Fit> {
     orders.check(rec, options.offset, limits)?;
+    // Paths of their own poles would be told apart, but not by anything that the record shows.
+    copied_input(rec).map_or(Ok(()), Err)?;
     fitted(rec, orders, options, limits).map_err(|refusal| {
         if refusal.code() != "X10" {
             return refusal;
@@ -76,15 +83,26 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
         y: predictor.scale_y,
     };
     let mut fit = scaled.fit(orders, rec.Ts, limits);
+    fit.notes.extend(cancellation(&fit, orders, false, limits));
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&uncertain_by(&best, &solution)[..orders.n()], &best.theta);
     fit.x0 = predictor.x0();
     fit.status = if best.converged { Status::Converged } else { Status::NotConverged };
     if !best.converged {
-        let text = "the search stopped before the gradient test passed";
-        fit.notes.push(Note::warning("N05", text).remedy("ask for lower orders, or record longer"));
+        fit.notes.push(unfinished(&orders.model(&best.theta[..orders.n()], rec.Ts).C));
     }
     fit.finite()
+}
+
+/// N05; beside the circle a `C` that goes on would leave no stable predictor.
+fn unfinished(C: &[f64]) -> Note {
+    if roots(C).iter().any(|(re, im)| re.hypot(*im) > BESIDE) {
+        let text =
+            "the search stopped where C has a root on the unit circle, beyond which no predictor is stable";
+        return Note::warning("N05", text).remedy("ask for a lower nc, or record longer");
+    }
+    let text = "the search stopped before the gradient test passed";
+    Note::warning("N05", text).remedy("ask for lower orders, or record longer")
 }
 
 /// What rounding leaves open of each parameter, and the longest step that the slope left at the end allows.
@@ -95,15 +113,13 @@ fn uncertain_by(best: &Minimum, step: &Solution) -> Vec<f64> {
     rounding.iter().enumerate().map(|(i, r)| r + left * step.inverse_gram[i * n + i].sqrt()).collect()
 }
 
-/// X11 where inputs copy each other; else X10: parameters that the data do not tell apart.
+/// X10: parameters that the data do not tell apart.
 fn over_ordered(rec: &Record, refusal: Option<&RankDeficient>, limits: &Limits) -> Error {
-    copied_input(rec).unwrap_or_else(|| {
-        let text = "the orders are too high: poles and zeros cancel, and parameters cannot be told apart";
-        let error = Error::new("X10", text).at(Place::column(rec.input_name(0)));
-        match refusal {
-            Some(refusal) => error.count(refusal.dependent.len()).measured(refusal.ratio, limits.X08),
-            None => error, // not even a start was found
-        }
-        .remedy("ask for lower orders")
-    })
+    let text = "the orders are too high: poles and zeros cancel, and parameters cannot be told apart";
+    let error = Error::new("X10", text).at(Place::column(rec.input_name(0)));
+    match refusal {
+        Some(refusal) => error.count(refusal.dependent.len()).measured(refusal.ratio, limits.X08),
+        None => error, // not even a start was found
+    }
+    .remedy("ask for lower orders")
 }

@@ -470,6 +470,10 @@ impl Residuals for Predictor<'_, '_> {
     fn most_steps(&self) -> usize {
         self.most_steps
     }
+
+    fn has_states(&self) -> bool {
+        self.layout.states > 0
+    }
 }
 
 /// Rows that a model needs whole: the segments where only the simulated output is remembered, for it passes

@@ -42,6 +42,11 @@ pub trait Residuals {
     /// Cost that is zero but for rounding.
     fn exact(&self) -> f64;
 
+    /// Whether a point hides states that follow it a step behind, and its slope with them.
+    fn has_states(&self) -> bool {
+        false
+    }
+
     /// Steps after which a search ends wherever it is.
     fn most_steps(&self) -> usize {
         MOST_STEPS
@@ -84,6 +89,7 @@ pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Min
     let mut best = Minimum::at(problem, theta)?;
     let mut memory = Memory::default();
     let mut region = Region::around(&best);
+    let mut stale = problem.has_states();
     for _ in 0..problem.most_steps() {
         if best.is_flat(GRADIENT, exact) || region.is_nothing(&best) {
             break;
@@ -104,15 +110,17 @@ pub fn minimise(problem: &mut impl Residuals, mut theta: Vec<f64>) -> Option<Min
                 }
                 best = trial;
                 region.see(&best);
+                stale = problem.has_states();
             }
             trial => {
                 memory.clear();
-                if !mixed {
+                if !mixed && !stale {
                     region.shrink(&step, trial.is_some());
                 }
-                if trial.is_some_and(|trial| trial.ties(&best)) {
-                    // Its slope may date from initial states that were not yet the best.
+                if stale || trial.is_some_and(|trial| trial.ties(&best)) {
+                    // Its slope, and the step by it, date from states that were not yet the best.
                     best = Minimum::at(problem, best.theta)?;
+                    stale = false;
                 }
             }
         }
