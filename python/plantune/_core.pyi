@@ -350,6 +350,11 @@ class LoopSimulator:
 def health(rec: Record, limits: Limits) -> Fields:
     """Fields of `Health` but `source`; stretches, spikes and sentinels as tuples."""
 
+def exclude(
+    rec: Record, ends: list[tuple[float, float]] | None, guess: bool, stuck: bool, limits: Limits
+) -> Fields:
+    """`kept` ranges of rows, `log` and `notes` of a record without stuck and saturated rows."""
+
 def spikes(rec: Record, limits: Limits) -> tuple[list[int], list[int], list[Fields]]:
     """Row of the record and output of each spike (D19), and a note per output."""
 

@@ -15,6 +15,8 @@ from plantune.estimate.candidates import again, is_sound
 from plantune.estimate.fit import flat
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
+from plantune.prep import exclude
+from plantune.prep.exclude import Ends
 from plantune.record import Record
 from plantune.simulate import Response
 from plantune.text import column
@@ -40,7 +42,7 @@ class Run:
     title : str
         What the record is called.
     record : Record
-        What went in.
+        What went in, without the rows that were left out.
     findings : mapping
         `health`: what is wrong with the record; `delay`: the delay scan.
     fits, verdicts : mapping
@@ -175,15 +177,17 @@ def run(
     *,
     gain_margin: float = 3.0,
     given: Mapping[str, ProcessModel | PolyModel] | None = None,
+    u_limits: Ends | None = None,
     title: str = "",
     truth: Mapping[str, float] | None = None,
     limits: Limits | None = None,
 ) -> Run:
     """Take a record to a validated model and a tuned loop.
 
-    A record that `analyze.health` finds wrong is refused.  The delay is scanned; ARX, OE,
-    ARMAX and a process model are fitted on the first half and judged on the second, and a note
-    says which is trusted and why, by the rule of `validate.trust`.  The process model is fitted
+    A record that `analyze.health` finds wrong is refused; rows on which an output is stuck, or the
+    input lies at a known limit, are left out, with a note (`prep.exclude`).  The delay is scanned;
+    ARX, OE, ARMAX and a process model are fitted on the first half and judged on the second, and
+    a note says which is trusted and why, by the rule of `validate.trust`.  The process model is fitted
     again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
     polynomial model, or else the one of the best simulation, is the judge: where it simulates
     clearly better, or needs another delay, the process model's intervals are widened and a note
@@ -197,6 +201,9 @@ def run(
         Asked of the loop, as a factor.
     given : mapping of str to model, optional
         Models of an earlier study, judged on the same rows as the others.
+    u_limits : (low, high), optional
+        Ends of the actuator's travel, where the record holds the command and not what the plant
+        got.
     title : str
         What the record is called.
     truth : mapping, optional
@@ -248,7 +255,7 @@ def run(
         )
     found: list[Note] = [*rec.notes]
     try:
-        return _job(rec, gain_margin, given or {}, title, truth, limits, found)
+        return _job(rec, u_limits, gain_margin, given or {}, title, truth, limits, found)
     except PlantuneError as error:
         error.notes = dict.fromkeys(note for note in found if note != note_of(error))
         raise
@@ -256,6 +263,7 @@ def run(
 
 def _job(
     rec: Record,
+    u_limits: Ends | None,
     gain_margin: float,
     given: Mapping[str, ProcessModel | PolyModel],
     title: str,
@@ -265,6 +273,8 @@ def _job(
 ) -> Run:
     """Do the main job, and add to `found` what a refusal further on may come from."""
     healthy = _healthy(rec, limits, found)
+    rec = exclude(rec, u_limits=u_limits, limits=limits)
+    found += (note for note in rec.notes if note not in found)
     est, val, notes = _parts(rec, limits)
     found += notes
     scan = _scan(est, limits)

@@ -49,6 +49,10 @@ def tune(
         list[Path] | None,
         typer.Option(help="model.json of an earlier study, judged beside the new models."),
     ] = None,
+    u_limits: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="Ends of the actuator's travel; rows at or beyond them are left out."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
         "plantune-out"
     ),
@@ -71,7 +75,12 @@ def tune(
         rec = reading.record(limits)
         earlier = {path.stem: load_model(path) for path in given or ()}
         return job.run(
-            rec, gain_margin=gain_margin, given=earlier, title=reading.title, limits=limits
+            rec,
+            gain_margin=gain_margin,
+            given=earlier,
+            u_limits=u_limits,
+            title=reading.title,
+            limits=limits,
         )
 
     run, folder = _attempt(work, out, as_json)
