@@ -21,7 +21,7 @@ use self::search::global_minimum;
 use super::fit::{Fit, Status};
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
-use super::poly_fit::Scaled;
+use super::poly_fit::{Scaled, plant_notes};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{Minimum, RankDeficient, Solution, solve};
@@ -79,6 +79,8 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&uncertain_by(&best, &solution)[..orders.n()], &best.theta);
     fit.x0 = predictor.x0();
+    let of_plant = plant_notes(rec, &fit, limits);
+    fit.notes.extend(of_plant);
     fit.status = if best.converged { Status::Converged } else { Status::NotConverged };
     if !best.converged {
         let text = "the search stopped before the gradient test passed";
