@@ -3,6 +3,7 @@
 mod delay;
 mod exclude;
 mod health;
+mod period;
 mod quantised;
 mod saturated;
 mod sentinels;
