@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 from plantune import _core
 from plantune.analyze import DelayScan, Health, delay, health
@@ -23,7 +23,8 @@ from plantune.text import column
 from plantune.tune import Comparison, Tuning, imc_pi, optimal
 from plantune.tune import compare as compare_rules
 from plantune.tune.compare import DEFAULT_RULES
-from plantune.validate import Verdict, check, compare, trust
+from plantune.validate import Verdict, check, compare, plausible, trust
+from plantune.validate.expected import Range, expected_columns
 from plantune.validate.trust import noise_holds
 
 # Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
@@ -178,6 +179,8 @@ def run(
     gain_margin: float = 3.0,
     given: Mapping[str, ProcessModel | PolyModel] | None = None,
     u_limits: Ends | None = None,
+    action: Literal["direct", "reverse"] | None = None,
+    expected: Mapping[str, Range] | None = None,
     title: str = "",
     truth: Mapping[str, float] | None = None,
     limits: Limits | None = None,
@@ -187,10 +190,10 @@ def run(
     A record that `analyze.health` finds wrong is refused; rows on which an output is stuck, or the
     input lies at a known limit, are left out, with a note (`prep.exclude`).  The delay is scanned;
     ARX, OE, ARMAX and a process model are fitted on the first half and judged on the second, and
-    a note says which is trusted and why, by the rule of `validate.trust`.  The process model is fitted
-    again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
-    polynomial model, or else the one of the best simulation, is the judge: where it simulates
-    clearly better, or needs another delay, the process model's intervals are widened and a note
+    a note says which is trusted and why, by the rule of `validate.trust`.  The process model is
+    fitted again on all rows and tuned by IMC-PI, beside which other rules are compared.  The
+    trusted polynomial model, or else the one of the best simulation, is the judge: where it
+    simulates clearly better, or needs another delay, the process model's intervals are widened and a note
     says so; in closed loop also where feedback moved its gain or time constant (V11).
 
     Parameters
@@ -204,6 +207,12 @@ def run(
     u_limits : (low, high), optional
         Ends of the actuator's travel, where the record holds the command and not what the plant
         got.
+    action : "direct" or "reverse", optional
+        How the controller of the loop acts: in reverse, its output falls as the measurement rises,
+        for plants of positive gain.  A gain of the other sign is refused before any tuning (X12).
+    expected : mapping of str to (low, high), optional
+        What the engineer knows of columns, by name, and of `K`, `T`, `L`; a note says what departs
+        by more than a factor of 50 (N03), as units mixed up do.
     title : str
         What the record is called.
     truth : mapping, optional
@@ -222,8 +231,8 @@ def run(
         An output stands still (D18), or a column holds codes for missing values (D19).
     NotIdentifiable
         The record cannot support a model; says why and what to record instead.  Or first order
-        plus dead time does not serve the plant while a polynomial model does (M12): the run without
-        tunings is then in `.result`.
+        plus dead time does not serve the plant while a polynomial model does (M12), or the gain has
+        not the sign that `action` serves (X12): the run without tunings is then in `.result`.
 
     Notes
     -----
@@ -255,15 +264,25 @@ def run(
         )
     found: list[Note] = [*rec.notes]
     try:
-        return _job(rec, u_limits, gain_margin, given or {}, title, truth, limits, found)
+        known = Known(u_limits, action, expected or {})
+        return _job(rec, known, gain_margin, given or {}, title, truth, limits, found)
     except PlantuneError as error:
         error.notes = dict.fromkeys(note for note in found if note != note_of(error))
         raise
 
 
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What is known of a loop beside its record: see `run`."""
+
+    u_limits: Ends | None = None
+    action: Literal["direct", "reverse"] | None = None
+    expected: Mapping[str, Range] = field(default_factory=dict)
+
+
 def _job(
     rec: Record,
-    u_limits: Ends | None,
+    known: Known,
     gain_margin: float,
     given: Mapping[str, ProcessModel | PolyModel],
     title: str,
@@ -273,9 +292,10 @@ def _job(
 ) -> Run:
     """Do the main job, and add to `found` what a refusal further on may come from."""
     healthy = _healthy(rec, limits, found)
-    rec = exclude(rec, u_limits=u_limits, limits=limits)
+    rec = exclude(rec, u_limits=known.u_limits, limits=limits)
     found += (note for note in rec.notes if note not in found)
     est, val, notes = _parts(rec, limits)
+    notes = (*expected_columns(rec, known.expected, limits), *notes)
     found += notes
     scan = _scan(est, limits)
     found += scan.notes
@@ -302,7 +322,10 @@ def _job(
     )
     _check_plant(identified, est, val, limits)
     chosen = _chosen(identified, limits, refit=val is not est, closed_loop=closed_loop)
-    return _tuned(replace(identified, chosen=chosen), gain_margin, limits)
+    odd = [n for n in plausible(chosen, expected=known.expected, limits=limits) if n.code == "N03"]
+    identified = replace(identified, chosen=chosen, notes=(*identified.notes, *odd))
+    _check_action(identified, known.action)
+    return _tuned(identified, gain_margin, limits)
 
 
 def _healthy(rec: Record, limits: Limits, found: list[Note]) -> Health:
@@ -388,10 +411,22 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     least = max(limits.V01, limits.V03 + (process.fit if process is not None else 0.0))
     if process is None:
         _raise_cause(est, run.record, limits, but="X04" if known >= least else "")
+    if rival is not None:
+        _check_stable(run, rival)
     if rival is not None and known >= least:
         raise _other_plant(run, rival, limits)
     if process is not None and any(note.code == "X04" for note in process.notes):
         check(val, run.fits["P1D"], limits=limits)
+
+
+def _check_stable(run: Run, rival: str) -> None:
+    """Refuse an unstable plant by its name (M02)."""
+    for note in run.verdicts[rival].notes:
+        if note.code == "M02":
+            text = f"{rival} finds the plant unstable; no rule for plants that settle serves it"
+            error = from_note(replace(note, text=text), None)
+            error.result = replace(run, notes=(note_of(error), *run.notes))
+            raise error
 
 
 def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
@@ -444,6 +479,17 @@ def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
     notes = notes_from_core(found)
     P, sd = _core.widened(flat(fit), len(fit.theta), factor)
     return replace(fit, P=P.reshape(fit.P.shape), sd=sd, notes=(*fit.notes, *notes))
+
+
+def _check_action(run: Run, action: str | None) -> None:
+    """Refuse a gain of the other sign than the loop was declared for."""
+    if action is None:
+        return
+    try:
+        _core.check_action(action, run.chosen.model.K)
+    except NotIdentifiable as error:
+        error.result = replace(run, notes=(note_of(error), *run.notes))
+        raise
 
 
 def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:

@@ -1,4 +1,4 @@
-"""D18, D19, M03, M04, M09 and M11 of BAD_INPUTS.md, variant by variant, in Python and on the command line."""
+"""D18, D19, M03, M04, M09 and M11 of BAD_INPUTS.md, in Python and on the command line."""
 
 import pickle
 import sys
