@@ -30,6 +30,10 @@ from plantune.validate.trust import noise_holds
 # Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
 _MS = 1.6
 
+# Share of a response below which it is a ramp, and deviations from which on a slope is sure.
+_RAMP = 0.1
+_SURE = 5.0
+
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
 
@@ -193,8 +197,8 @@ def run(
     a note says which is trusted and why, by the rule of `validate.trust`.  The process model is
     fitted again on all rows and tuned by IMC-PI, beside which other rules are compared.  The
     trusted polynomial model, or else the one of the best simulation, is the judge: where it
-    simulates clearly better, or needs another delay, the process model's intervals are widened and a note
-    says so; in closed loop also where feedback moved its gain or time constant (V11).
+    simulates clearly better, or needs another delay, the process model's intervals are widened and
+    a note says so; in closed loop also where feedback moved its gain or time constant (V11).
 
     Parameters
     ----------
@@ -402,7 +406,9 @@ def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict]) -> bool:
 def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     """Refuse a plant that no process model serves, with the true cause."""
     process, rival = run.verdicts.get("P1D"), run.rival
-    if process is not None and process.fit >= limits.V01:
+    serves = process is not None and process.fit >= limits.V01
+    _check_settles(run, serves=serves)
+    if serves:
         return
     known = run.verdicts[rival].fit if rival is not None else 0.0
     if rival is not None:
@@ -417,6 +423,34 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
         raise _other_plant(run, rival, limits)
     if process is not None and any(note.code == "X04" for note in process.notes):
         check(val, run.fits["P1D"], limits=limits)
+
+
+def _check_settles(run: Run, *, serves: bool) -> None:
+    """Refuse a plant that integrates as far as the record shows (M01); `serves`: P1D simulates it.
+
+    A lag of which the record shows less than a tenth is no lag to tune on.
+    """
+    for name, fit in run.fits.items():
+        shown = (n.measured for n in fit.notes if n.code == "X07" and n.measured is not None)
+        ramp = any(share < _RAMP for share in shown)
+        if (ramp and name == "P1D") or (not serves and (ramp or _integrates(fit))):
+            error = refusal(
+                "M01",
+                f"{name} finds the plant integrating, as far as the record shows: "
+                "no steady-state gain, and rules for plants that settle do not apply",
+                where=(run.record.u_names[0], None, None),
+                remedy='estimate.process(rec, "P0DI") or "P1DI", and tune.simc; or record longer',
+            )
+            error.result = replace(run, notes=(note_of(error), *run.notes))
+            raise error
+
+
+def _integrates(fit: Fit) -> bool:
+    """Whether a polynomial fit cannot be told from an integrator that clearly moves."""
+    if all(note.code != "M01" for note in fit.notes):
+        return False
+    slope, sd = fit.derived()["slope"]
+    return abs(slope) > _SURE * sd
 
 
 def _check_stable(run: Run, rival: str) -> None:

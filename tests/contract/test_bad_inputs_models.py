@@ -98,6 +98,18 @@ def test_m01_a_cancelling_pole_does_not_hide_a_known_gain():
         assert fit.derived()["K"][0] == approx(2.5, rel=0.02)
 
 
+@pytest.mark.parametrize("of", [first_order, lambda pole, seed: summed(seed, pole)])
+def test_m01_the_main_job_names_it_and_does_not_tune(tmp_path, of):
+    for seed in range(4):
+        rec = of(1.0, seed)
+        error = refused(lambda rec=rec: pt.job.run(rec), "M01", ("where",))
+        assert "P0DI" in error.remedy and error.result.tunings == ()
+    path = write(tmp_path / "a.csv", rec.u[:, 0], rec.y[:, 0])
+    done = plantune("tune", path, *COLUMNS, "--out", tmp_path / "out", "--json")
+    assert done.exit_code == 3
+    assert strict_json(done.stdout)["error"]["code"] == "M01"
+
+
 def test_m01_tuning_goes_by_integrating_rules():
     fit = pt.estimate.process(first_order(1.0), "P0I")
     assert "M01" in codes(fit)

@@ -80,7 +80,7 @@ pub fn class_notes(m: &PolyModel, P: &Covariance, inputs: &[&str]) -> Vec<Note> 
             Note::warning("M01", text)
                 .at(Place::column(input))
                 .measured(found.apart, normal_quantile(0.95))
-                .remedy("tune it as integrating: estimate.process(rec, \"P1DI\"); or record longer"),
+                .remedy("tune it as integrating: estimate.process(rec, \"P0DI\"); or record longer"),
         )
     });
     let mut notes: Vec<Note> = integrating.collect();
