@@ -115,7 +115,7 @@ class Run:
         names = [name for name in self.fits if name != "P1D"]
         if self.trusted in names:
             return self.trusted
-        sound = [name for name in names if is_sound(self.fits[name])]
+        sound = [n for n in names if is_sound(self.fits[n]) and not _is_unstable(self.verdicts[n])]
         return max(sound or names, key=lambda name: self.verdicts[name].fit, default=None)
 
     def all_notes(self) -> tuple[Note, ...]:
@@ -417,8 +417,8 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     least = max(limits.V01, limits.V03 + (process.fit if process is not None else 0.0))
     if process is None:
         _raise_cause(est, run.record, limits, but="X04" if known >= least else "")
-    if rival is not None:
-        _check_stable(run, rival)
+    if known < least:
+        _check_stable(run)
     if rival is not None and known >= least:
         raise _other_plant(run, rival, limits)
     if process is not None and any(note.code == "X04" for note in process.notes):
@@ -428,8 +428,11 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
 def _check_settles(run: Run, *, serves: bool) -> None:
     """Refuse a plant that integrates as far as the record shows (M01); `serves`: P1D simulates it.
 
-    A lag of which the record shows less than a tenth is no lag to tune on.
+    A lag of which the record shows less than a tenth is no lag to tune on; an output that drifts
+    by itself, unrelated to the input, looks the same (X04).
     """
+    if any(note.code == "X04" for note in run.findings["delay"].notes):
+        return
     for name, fit in run.fits.items():
         shown = (n.measured for n in fit.notes if n.code == "X07" and n.measured is not None)
         ramp = any(share < _RAMP for share in shown)
@@ -453,14 +456,20 @@ def _integrates(fit: Fit) -> bool:
     return abs(slope) > _SURE * sd
 
 
-def _check_stable(run: Run, rival: str) -> None:
-    """Refuse an unstable plant by its name (M02)."""
-    for note in run.verdicts[rival].notes:
-        if note.code == "M02":
-            text = f"{rival} finds the plant unstable; no rule for plants that settle serves it"
-            error = from_note(replace(note, text=text), None)
+def _check_stable(run: Run) -> None:
+    """Refuse an unstable plant by its name (M02), where no stable model simulates it."""
+    for name, verdict in run.verdicts.items():
+        if name in run.fits and _is_unstable(verdict):
+            (note,) = (note for note in verdict.notes if note.code == "M02")
+            text = f"{name} finds the plant unstable; no rule for plants that settle serves it"
+            error = from_note(replace(note, text=text))
             error.result = replace(run, notes=(note_of(error), *run.notes))
             raise error
+
+
+def _is_unstable(verdict: Verdict) -> bool:
+    """Whether the verdict is one step ahead, since the model cannot be simulated."""
+    return any(note.code == "M02" for note in verdict.notes)
 
 
 def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
