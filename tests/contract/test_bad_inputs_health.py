@@ -142,6 +142,23 @@ def test_d19_sentinels_are_refused(tmp_path, code, column):
     assert f"sentinels=({code},)" in found["remedy"]
 
 
+ROBUST = {
+    "arx": lambda rec, robust: pt.estimate.arx(rec, 1, 1, 1, robust=robust),
+    "oe": lambda rec, robust: pt.estimate.oe(rec, 1, 1, 1, robust=robust),
+    "armax": lambda rec, robust: pt.estimate.armax(rec, 1, 1, 1, 1, robust=robust),
+}
+
+
+@pytest.mark.parametrize("verb", ROBUST.values(), ids=ROBUST)
+def test_d19_robust_fits_come_back_to_within_2_percent_of_the_clean_one(verb):
+    y = Y.copy()
+    y[[50, 180, 333, 600, 901]] += 20 * Y.std()
+    clean = verb(record(), False).theta[:2]
+    assert verb(record(y=y), True).theta[:2] == approx(clean, rel=0.02)
+    assert verb(record(y=y), False).theta[:2] != approx(clean, rel=0.02)  # so it must be asked for
+    assert verb(pt.prep.despike(record(y=y)), False).theta[:2] == approx(clean, rel=0.02)
+
+
 def test_d19_a_clean_record_has_none():
     assert not {"D18", "D19"} & set(codes(pt.job.run(record())))
 

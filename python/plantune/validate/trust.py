@@ -56,8 +56,9 @@ def trust(
     Eligible are models whose search converged and whose parameters can be told apart (not X10),
     that are stable (not M02), do better than the mean (not X04), and whose one-step errors are free
     of the input (not V02).  The objection of the input is dropped where it would cost more than
-    `limits.V03` percent of simulation.  In closed loop, where u holds part of the noise and a biased model may simulate
-    better, ARMAX and ARX models with white errors are eligible alone, if there are any.
+    `limits.V03` percent of simulation.  In closed loop, where u holds part of the noise and a
+    biased model may simulate better, ARMAX and ARX models with white errors are eligible alone, if
+    there are any.
 
     All within `limits.V10` percent of the best simulation are equals.  Among equals one with white
     errors goes first, since its standard deviations hold, and one without parameters that may as
