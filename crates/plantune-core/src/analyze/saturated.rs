@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use crate::limits::Limits;
 use crate::linalg::extent;
-use crate::note::{Note, Place};
+use crate::note::{Note, Place, Severity};
 use crate::record::Record;
 
 /// How many times as often as on any other value an input lies on its limit.
@@ -68,6 +68,18 @@ fn rows_inside(rec: &Record, u: &[f64], value: f64) -> usize {
     rec.segments().filter_map(count).sum()
 }
 
+/// Whether the input goes straight from one end to the other wherever it moves, as a trapezoid does: then it may be
+/// meant to dwell there, and no record is refused for it.
+fn only_ramps(rec: &Record, input: usize, found: &[&Saturated]) -> bool {
+    let inside = found.windows(2).filter(|pair| {
+        rec.segments().any(|s| s.contains(&pair[0].rows.start) && s.contains(&pair[1].rows.start))
+    });
+    inside.map(|pair| pair[0].rows.end - 1..pair[1].rows.start + 1).all(|rows| {
+        let u: Vec<f64> = rows.map(|k| rec.u_at(k, input)).collect();
+        u.is_sorted() || u.iter().rev().is_sorted()
+    })
+}
+
 /// The stretches on which inputs lie at or beyond their limits, input by input.
 pub fn saturated(rec: &Record, ends: &[Ends]) -> Vec<Saturated> {
     let of_input = |i: usize| {
@@ -110,7 +122,11 @@ pub(super) fn saturated_note(
         rec.N(),
         listed(rec, &own)
     );
-    Some(said(text, place, count, share, limits))
+    let mut note = said(text, place, count, share, limits);
+    if note.severity == Severity::Error && only_ramps(rec, input, &own) {
+        note.severity = Severity::Warning;
+    }
+    Some(note)
 }
 
 /// The note that such a share of rows deserves.
@@ -173,6 +189,22 @@ mod tests {
         let rest = [vec![0.0; 300], stairs.iter().map(|x| x + 1.0).collect()].concat();
         for u in [prbs, stairs, wave, slow_step, rest] {
             assert_eq!(found(&u), []);
+        }
+    }
+
+    #[test]
+    fn a_trapezoid_is_doubted_and_not_refused() {
+        let trapezoid: Vec<f64> =
+            (0..400).map(|k| f64::from((k % 100 - 50).abs()).clamp(20.0, 30.0)).collect();
+        let rough: Vec<f64> = (0..400)
+            .map(|k| (60.0 * (0.9 * f64::from(k)).sin() + f64::from(k % 7)).clamp(-20.0, 20.0))
+            .collect();
+        for (u, severity) in [(trapezoid, Severity::Warning), (rough, Severity::Error)] {
+            let rec = Record::uniform(&u, 1, &u, 1, 1.0).expect("fine");
+            let stretches = found(&u);
+            let note = saturated_note(&rec, 0, &stretches, &Limits::default()).expect("a note");
+            assert!(note.measured > Some(0.5));
+            assert_eq!(note.severity, severity);
         }
     }
 
