@@ -166,6 +166,7 @@ pub(super) fn listed(rec: &Record, own: &[&Saturated]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linalg::white;
 
     fn found(u: &[f64]) -> Vec<Saturated> {
         let rec = Record::uniform(u, 1, u, 1, 1.0).expect("fine");
@@ -195,10 +196,8 @@ mod tests {
     #[test]
     fn a_trapezoid_is_doubted_and_not_refused() {
         let trapezoid: Vec<f64> =
-            (0..400).map(|k| f64::from((k % 100 - 50).abs()).clamp(20.0, 30.0)).collect();
-        let rough: Vec<f64> = (0..400)
-            .map(|k| (60.0 * (0.9 * f64::from(k)).sin() + f64::from(k % 7)).clamp(-20.0, 20.0))
-            .collect();
+            (0..400).map(|k: i32| f64::from((k % 100 - 50).abs()).clamp(22.0, 34.0)).collect();
+        let rough: Vec<f64> = white(400, 1).iter().map(|x| x.clamp(-0.6, 0.6)).collect();
         for (u, severity) in [(trapezoid, Severity::Warning), (rough, Severity::Error)] {
             let rec = Record::uniform(&u, 1, &u, 1, 1.0).expect("fine");
             let stretches = found(&u);
