@@ -350,6 +350,11 @@ class LoopSimulator:
 def health(rec: Record, limits: Limits) -> Fields:
     """Fields of `Health` but `source`; stretches, spikes and sentinels as tuples."""
 
+def exclude(
+    rec: Record, ends: list[tuple[float, float]] | None, guess: bool, stuck: bool, limits: Limits
+) -> Fields:
+    """`kept` ranges of rows, `log` and `notes` of a record without stuck and saturated rows."""
+
 def spikes(rec: Record, limits: Limits) -> tuple[list[int], list[int], list[Fields]]:
     """Row of the record and output of each spike (D19), and a note per output."""
 
@@ -440,7 +445,7 @@ def srivc(
 ) -> Fields:
     """Fields of `Fit` but `method source Ts`; `orders` are `n, nb`, `L` bounds the delay."""
 
-def derived_quantities(model: Model, P: Floats) -> list[tuple[str, float, float]]:
+def derived_quantities(model: Model, P: Floats | None) -> list[tuple[str, float, float]]:
     """Name, value and standard deviation of what follows from the parameters; `P` is flat."""
 
 def roots_with_sd(
@@ -887,6 +892,11 @@ def check(
 def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
     """Return notes on poles and zeros; `P` is flat."""
 
+def expected(
+    all: Sequence[tuple[str, float, float, float]], columns: bool, limits: Limits
+) -> list[Fields]:
+    """Return N03 of each `(name, found, low, high)` that lies far outside of its range."""
+
 def p_of_feedback(rec: Record, limits: Limits) -> list[float]:
     """Chance that an open loop looks as closed as this, per input."""
 
@@ -910,6 +920,9 @@ def judge(
 
 def check_tunable(K: Interval, T: Interval | None, Ts: float | None, limits: Limits) -> None:
     """Refuse a fit with an open sign (X12) or sampled too slowly (M09); slowest `T`."""
+
+def check_action(action: str, K: float) -> None:
+    """Refuse a process gain of the sign that a declared action does not serve (X12)."""
 
 def half_rule(model: Model, order: int, tau_c: float | None) -> Fields:
     """Fields of the `ProcessModel` of first or second order."""

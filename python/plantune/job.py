@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, Literal
 
 from plantune import _core
 from plantune.analyze import DelayScan, Health, delay, health
@@ -15,17 +15,24 @@ from plantune.estimate.candidates import again, is_sound
 from plantune.estimate.fit import flat
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
+from plantune.prep import exclude
+from plantune.prep.exclude import Ends
 from plantune.record import Record
 from plantune.simulate import Response
 from plantune.text import column
 from plantune.tune import Comparison, Tuning, imc_pi, optimal
 from plantune.tune import compare as compare_rules
 from plantune.tune.compare import DEFAULT_RULES
-from plantune.validate import Verdict, check, compare, trust
+from plantune.validate import Verdict, check, compare, plausible, trust
+from plantune.validate.expected import Range, expected_columns
 from plantune.validate.trust import noise_holds
 
 # Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
 _MS = 1.6
+
+# Share of a response below which it is a ramp, and deviations from which on a slope is sure.
+_RAMP = 0.1
+_SURE = 5.0
 
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
@@ -40,7 +47,7 @@ class Run:
     title : str
         What the record is called.
     record : Record
-        What went in.
+        What went in, without the rows that were left out.
     findings : mapping
         `health`: what is wrong with the record; `delay`: the delay scan.
     fits, verdicts : mapping
@@ -108,7 +115,7 @@ class Run:
         names = [name for name in self.fits if name != "P1D"]
         if self.trusted in names:
             return self.trusted
-        sound = [name for name in names if is_sound(self.fits[name])]
+        sound = [n for n in names if is_sound(self.fits[n]) and not _is_unstable(self.verdicts[n])]
         return max(sound or names, key=lambda name: self.verdicts[name].fit, default=None)
 
     def all_notes(self) -> tuple[Note, ...]:
@@ -173,19 +180,23 @@ def run(
     *,
     gain_margin: float = 3.0,
     given: Mapping[str, ProcessModel | PolyModel] | None = None,
+    u_limits: Ends | None = None,
+    action: Literal["direct", "reverse"] | None = None,
+    expected: Mapping[str, Range] | None = None,
     title: str = "",
     truth: Mapping[str, float] | None = None,
     limits: Limits | None = None,
 ) -> Run:
     """Take a record to a validated model and a tuned loop.
 
-    A record that `analyze.health` finds wrong is refused.  The delay is scanned; ARX, OE,
-    ARMAX and a process model are fitted on the first half and judged on the second, and a note
-    says which is trusted and why, by the rule of `validate.trust`.  The process model is fitted
-    again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
-    polynomial model, or else the one of the best simulation, is the judge: where it simulates
-    clearly better, or needs another delay, the process model's intervals are widened and a note
-    says so; in closed loop also where feedback moved its gain or time constant (V11).
+    A record that `analyze.health` finds wrong is refused; rows on which an output is stuck, or the
+    input lies at a known limit, are left out, with a note (`prep.exclude`).  The delay is scanned;
+    ARX, OE, ARMAX and a process model are fitted on the first half and judged on the second, and
+    a note says which is trusted and why, by the rule of `validate.trust`.  The process model is
+    fitted again on all rows and tuned by IMC-PI, beside which other rules are compared.  The
+    trusted polynomial model, or else the one of the best simulation, is the judge: where it
+    simulates clearly better, or needs another delay, the process model's intervals are widened and
+    a note says so; in closed loop also where feedback moved its gain or time constant (V11).
 
     Parameters
     ----------
@@ -195,6 +206,15 @@ def run(
         Asked of the loop, as a factor.
     given : mapping of str to model, optional
         Models of an earlier study, judged on the same rows as the others.
+    u_limits : (low, high), optional
+        Ends of the actuator's travel, where the record holds the command and not what the plant
+        got.
+    action : "direct" or "reverse", optional
+        How the controller of the loop acts: in reverse, its output falls as the measurement rises,
+        for plants of positive gain.  A gain of the other sign is refused before any tuning (X12).
+    expected : mapping of str to (low, high), optional
+        What the engineer knows of columns, by name, and of `K`, `T`, `L`; a note says what departs
+        by more than a factor of 50 (N03), as units mixed up do.
     title : str
         What the record is called.
     truth : mapping, optional
@@ -213,8 +233,8 @@ def run(
         An output stands still (D18), or a column holds codes for missing values (D19).
     NotIdentifiable
         The record cannot support a model; says why and what to record instead.  Or first order
-        plus dead time does not serve the plant while a polynomial model does (M12): the run without
-        tunings is then in `.result`.
+        plus dead time does not serve the plant while a polynomial model does (M12), or the gain has
+        not the sign that `action` serves (X12): the run without tunings is then in `.result`.
 
     Notes
     -----
@@ -246,14 +266,25 @@ def run(
         )
     found: list[Note] = [*rec.notes]
     try:
-        return _job(rec, gain_margin, given or {}, title, truth, limits, found)
+        known = Known(u_limits, action, expected or {})
+        return _job(rec, known, gain_margin, given or {}, title, truth, limits, found)
     except PlantuneError as error:
         error.notes = dict.fromkeys(note for note in found if note != note_of(error))
         raise
 
 
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What is known of a loop beside its record: see `run`."""
+
+    u_limits: Ends | None = None
+    action: Literal["direct", "reverse"] | None = None
+    expected: Mapping[str, Range] = field(default_factory=dict)
+
+
 def _job(
     rec: Record,
+    known: Known,
     gain_margin: float,
     given: Mapping[str, ProcessModel | PolyModel],
     title: str,
@@ -263,7 +294,10 @@ def _job(
 ) -> Run:
     """Do the main job, and add to `found` what a refusal further on may come from."""
     healthy = _healthy(rec, limits, found)
+    rec = exclude(rec, u_limits=known.u_limits, limits=limits)
+    found += (note for note in rec.notes if note not in found)
     est, val, notes = _parts(rec, limits)
+    notes = (*expected_columns(rec, known.expected, limits), *notes)
     found += notes
     scan = _scan(est, limits)
     found += scan.notes
@@ -290,7 +324,10 @@ def _job(
     )
     _check_plant(identified, est, val, limits)
     chosen = _chosen(identified, limits, refit=val is not est, closed_loop=closed_loop)
-    return _tuned(replace(identified, chosen=chosen), gain_margin, limits)
+    odd = [n for n in plausible(chosen, expected=known.expected, limits=limits) if n.code == "N03"]
+    identified = replace(identified, chosen=chosen, notes=(*identified.notes, *odd))
+    _check_action(identified, known.action)
+    return _tuned(identified, gain_margin, limits)
 
 
 def _healthy(rec: Record, limits: Limits, found: list[Note]) -> Health:
@@ -367,7 +404,9 @@ def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict]) -> bool:
 def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     """Refuse a plant that no process model serves, with the true cause."""
     process, rival = run.verdicts.get("P1D"), run.rival
-    if process is not None and process.fit >= limits.V01:
+    serves = process is not None and process.fit >= limits.V01
+    _check_settles(run, serves=serves)
+    if serves:
         return
     known = run.verdicts[rival].fit if rival is not None else 0.0
     if rival is not None:
@@ -376,10 +415,59 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     least = max(limits.V01, limits.V03 + (process.fit if process is not None else 0.0))
     if process is None:
         _raise_cause(est, run.record, limits, but="X04" if known >= least else "")
+    if known < least:
+        _check_stable(run)
     if rival is not None and known >= least:
         raise _other_plant(run, rival, limits)
     if process is not None and any(note.code == "X04" for note in process.notes):
         check(val, run.fits["P1D"], limits=limits)
+
+
+def _check_settles(run: Run, *, serves: bool) -> None:
+    """Refuse a plant that integrates as far as the record shows (M01); `serves`: P1D simulates it.
+
+    A lag of which the record shows less than a tenth is no lag to tune on; an output that drifts
+    by itself, unrelated to the input, looks the same (X04).
+    """
+    if any(note.code == "X04" for note in run.findings["delay"].notes):
+        return
+    for name, fit in run.fits.items():
+        shown = (n.measured for n in fit.notes if n.code == "X07" and n.measured is not None)
+        ramp = any(share < _RAMP for share in shown)
+        if (ramp and name == "P1D") or (not serves and (ramp or _integrates(fit))):
+            error = refusal(
+                "M01",
+                f"{name} finds the plant integrating, as far as the record shows: "
+                "no steady-state gain, and rules for plants that settle do not apply",
+                where=(run.record.u_names[0], None, None),
+                remedy='estimate.process(rec, "P0DI") or "P1DI", and tune.simc; or record longer',
+            )
+            error.result = replace(run, notes=(note_of(error), *run.notes))
+            raise error
+
+
+def _integrates(fit: Fit) -> bool:
+    """Whether a polynomial fit cannot be told from an integrator that clearly moves."""
+    if all(note.code != "M01" for note in fit.notes):
+        return False
+    slope, sd = fit.derived()["slope"]
+    return abs(slope) > _SURE * sd
+
+
+def _check_stable(run: Run) -> None:
+    """Refuse an unstable plant by its name (M02), where no stable model simulates it."""
+    for name, verdict in run.verdicts.items():
+        if name in run.fits and _is_unstable(verdict):
+            (note,) = (note for note in verdict.notes if note.code == "M02")
+            text = f"{name} finds the plant unstable; no rule for plants that settle serves it"
+            error = from_note(replace(note, text=text))
+            error.result = replace(run, notes=(note_of(error), *run.notes))
+            raise error
+
+
+def _is_unstable(verdict: Verdict) -> bool:
+    """Whether the verdict is one step ahead, since the model cannot be simulated."""
+    return any(note.code == "M02" for note in verdict.notes)
 
 
 def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
@@ -432,6 +520,17 @@ def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
     notes = notes_from_core(found)
     P, sd = _core.widened(flat(fit), len(fit.theta), factor)
     return replace(fit, P=P.reshape(fit.P.shape), sd=sd, notes=(*fit.notes, *notes))
+
+
+def _check_action(run: Run, action: str | None) -> None:
+    """Refuse a gain of the other sign than the loop was declared for."""
+    if action is None:
+        return
+    try:
+        _core.check_action(action, run.chosen.model.K)
+    except NotIdentifiable as error:
+        error.result = replace(run, notes=(note_of(error), *run.notes))
+        raise
 
 
 def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:

@@ -113,12 +113,22 @@ class Limits:
     """Largest delay as a share of the record."""
     X06: float = _DEFAULT["X06"]
     """Least relative loss difference between the best two delays."""
+    X07: float = _DEFAULT["X07"]
+    """Share of its final value that a response must reach to tell gain and time constant."""
     X08: float = _DEFAULT["X08"]
     """Least ratio of singular values of a record's regressor."""
     X10: float = _DEFAULT["X10"]
     """Distance in z below which a pole and a zero cancel, whatever their uncertainty."""
+    N03: float = _DEFAULT["N03"]
+    """Factor by which a value may lie outside of its declared range."""
     F02: float = _DEFAULT["F02"]
     """Most that a filter may remember of an unknown start, as a share of what it changed."""
+    M03: float = _DEFAULT["M03"]
+    """Share of the rows at which an input may lie at a limit of its actuator."""
+    M03_most: float = _DEFAULT["M03_most"]
+    """Largest share of the rows that may be left out as saturated or stuck."""
+    M04: float = _DEFAULT["M04"]
+    """Largest resolution of an output as a share of its response."""
     M05: float = _DEFAULT["M05"]
     """Least share of what a linear model leaves that a dead band must explain."""
     M06: float = _DEFAULT["M06"]

@@ -1,4 +1,4 @@
-"""D18, D19, M09 and M11 of BAD_INPUTS.md, variant by variant, in Python and on the command line."""
+"""D18, D19, M03, M04, M09 and M11 of BAD_INPUTS.md, in Python and on the command line."""
 
 import pickle
 import sys
@@ -12,6 +12,7 @@ from pytest import approx
 import plantune as pt
 from contract.records import (
     EVERY,
+    TRUE_P1D,
     TS,
     b0,
     check_cli_refusal,
@@ -75,13 +76,24 @@ def test_d18_a_loosened_limit_decides_and_is_noted(tmp_path):
     assert [note["text"] for note in found["notes"]] == ["limit D18 is 0.4 instead of 0.2"]
 
 
-@pytest.mark.parametrize("rows", [slice(250, 600), slice(250, 950)])
-def test_d18_is_said_beside_a_refusal_that_it_may_have_caused(tmp_path, rows):
+@pytest.mark.parametrize("rows", [slice(200, 450), slice(250, 600), slice(650, 1000)])
+def test_d18_stuck_rows_are_left_out_of_the_main_job(tmp_path, rows):
     y = with_values(Y, Y[rows.start], rows)
-    error = refused(lambda: pt.job.run(record(y=y)), "X04", ("where", "count", "limit"))
+    run = pt.job.run(record(y=y))
+    lost = rows.stop - rows.start
+    assert run.record.N == 1000 - lost
+    assert run.record.log[-1] == f"excluded {lost} of 1000 rows: y stuck"
+    assert run.chosen.theta[:2] == approx(TRUE_P1D, rel=0.01)
+    assert tuned(tmp_path, U, y)["record"]["log"][-1] == run.record.log[-1]
+
+
+def test_d18_more_than_half_is_refused_and_the_stretch_is_said_beside_it(tmp_path):
+    y = with_values(Y, Y[250], slice(250, 950))
+    error = refused(lambda: pt.job.run(record(y=y)), "D18", EVERY)
+    assert (error.count, error.measured, error.limit) == (700, 0.7, 0.5)
     note = error.notes[0]
-    assert (note.code, note.severity, note.where.row) == ("D18", "warning", rows.start)
-    assert f"from row {rows.start} to {rows.stop - 1}" in note.text
+    assert (note.code, note.severity, note.where.row) == ("D18", "warning", 250)
+    assert "from row 250 to 949" in note.text
     assert f"found before: {note}" in "".join(traceback.format_exception(error)).splitlines() or (
         sys.version_info < (3, 11)  # later than the notes that a traceback shows
     )
@@ -89,9 +101,9 @@ def test_d18_is_said_beside_a_refusal_that_it_may_have_caused(tmp_path, rows):
     assert (again.notes, str(again)) == (error.notes, str(error))
     path = write(tmp_path / "a.csv", U, y)
     printed = plantune("tune", path, *COLUMNS, "--out", tmp_path / "out")
-    assert printed.stderr.startswith("X04: ")
+    assert printed.stderr.startswith("D18: ")
     assert f"found before: {note}" in printed.stderr.splitlines()
-    found = check_cli_refusal(tmp_path, "X04", ("where", "count", "limit"), path, *COLUMNS)
+    found = check_cli_refusal(tmp_path, "D18", EVERY, path, *COLUMNS)
     assert found["notes"][0]["text"] == note.text
 
 
@@ -130,8 +142,105 @@ def test_d19_sentinels_are_refused(tmp_path, code, column):
     assert f"sentinels=({code},)" in found["remedy"]
 
 
+ROBUST = {
+    "arx": lambda rec, robust: pt.estimate.arx(rec, 1, 1, 1, robust=robust),
+    "oe": lambda rec, robust: pt.estimate.oe(rec, 1, 1, 1, robust=robust),
+    "armax": lambda rec, robust: pt.estimate.armax(rec, 1, 1, 1, 1, robust=robust),
+}
+
+
+@pytest.mark.parametrize("verb", ROBUST.values(), ids=ROBUST)
+def test_d19_robust_fits_come_back_to_within_2_percent_of_the_clean_one(verb):
+    y = Y.copy()
+    y[[50, 180, 333, 600, 901]] += 20 * Y.std()
+    clean = verb(record(), False).theta[:2]
+    assert verb(record(y=y), True).theta[:2] == approx(clean, rel=0.02)
+    assert verb(record(y=y), False).theta[:2] != approx(clean, rel=0.02)  # so it must be asked for
+    assert verb(pt.prep.despike(record(y=y)), False).theta[:2] == approx(clean, rel=0.02)
+
+
 def test_d19_a_clean_record_has_none():
     assert not {"D18", "D19"} & set(codes(pt.job.run(record())))
+
+
+# --- M03: saturated actuators ---
+
+
+def saturating(low, high, logged, seed=1, N=1000):
+    """A wish for the actuator, cut at its limits; the record holds the wish or what is left."""
+    rng = np.random.default_rng(seed)
+    wish, y = np.repeat(rng.uniform(0, 100, N // 10), 10), np.zeros(N)
+    given = np.clip(wish, low, high)
+    for k in range(1, N):
+        y[k] = 0.8 * y[k - 1] + 0.5 * given[k - 1] + 0.05 * rng.normal()
+    return record(wish if logged == "wish" else given, y)
+
+
+def test_m03_an_input_at_its_limits_is_a_warning_with_ranges(tmp_path):
+    rec = saturating(20.0, 80.0, "position")
+    at = (rec.u[:, 0] == 20) | (rec.u[:, 0] == 80)
+    run = pt.job.run(rec)
+    (note,) = (n for n in run.findings["health"].notes if n.code == "M03")
+    assert (note.severity, note.limit) == ("warning", 0.05)
+    assert note.measured == approx(at.mean(), abs=0.02)  # a stretch at an end may be rest
+    assert "20 and 80" in note.text and "more stretches" in note.text
+    first = run.findings["health"].saturated[0]
+    assert at[first.first : first.last + 1].all()
+    assert run.chosen.theta[:2] == approx(TRUE_P1D, rel=0.01)  # modelled: u is what the plant got
+    listed = plantune("inspect", write(tmp_path / "a.csv", rec.u[:, 0], rec.y[:, 0]), *COLUMNS)
+    assert listed.exit_code == 0 and "M03" in listed.stdout
+
+
+def test_m03_rows_at_known_limits_are_left_out_and_logged(tmp_path):
+    rec = saturating(20.0, 80.0, "wish")
+    lost = int(((rec.u <= 20) | (rec.u >= 80)).sum())
+    run = pt.job.run(rec, u_limits=(20.0, 80.0))
+    assert run.record.log[-1] == f"excluded {lost} of 1000 rows: u at a limit"
+    assert "M03" in codes(run)
+    assert run.chosen.theta[:2] == approx(TRUE_P1D, rel=0.01)
+    assert pt.job.run(rec).chosen.theta[0] < 0.8 * TRUE_P1D[0]  # so it must be told
+    printed = tuned(tmp_path, rec.u[:, 0], rec.y[:, 0], "--u-limits", 20, 80)
+    assert printed["record"]["log"][-1] == run.record.log[-1]
+
+
+@pytest.mark.parametrize("logged", ["wish", "position"])
+def test_m03_more_than_half_is_refused(tmp_path, logged):
+    rec = saturating(40.0, 60.0, logged)
+    limits = {"u_limits": (40.0, 60.0)} if logged == "wish" else {}
+    error = refused(lambda: pt.job.run(rec, **limits), "M03", EVERY)
+    assert error.measured > error.limit == 0.5
+    more = ["--u-limits", 40, 60] if limits else []
+    path = write(tmp_path / "a.csv", rec.u[:, 0], rec.y[:, 0])
+    check_cli_refusal(tmp_path, "M03", EVERY, path, *COLUMNS, *more)
+
+
+def test_m03_is_silent_on_test_signals():
+    rng = np.random.default_rng(4)
+    steps = np.repeat(rng.integers(0, 6, 50), 20).astype(float)
+    ramp = np.clip(np.arange(1000.0), 450, 550)
+    for u in (U, steps, np.r_[np.zeros(500), steps[:500] + 1], ramp):
+        assert "M03" not in codes(pt.analyze.health(record(u, Y)))
+
+
+# --- M04: an output read too coarsely ---
+
+
+@pytest.mark.parametrize(("step", "said"), [(0.2, False), (0.8, False), (2.0, True), (2.5, True)])
+def test_m04_few_values_are_a_warning_with_the_resolution(tmp_path, step, said):
+    y = step * np.round(Y / step)
+    health = pt.job.run(record(y=y)).findings["health"]
+    assert ("M04" in codes(health)) == said
+    if said:
+        (note,) = (n for n in health.notes if n.code == "M04")
+        assert (note.severity, note.limit) == ("warning", 0.25)
+        assert f"{step:g} apart" in note.text and note.measured == approx(step / np.ptp(y), rel=0.3)
+        assert "M04" in [n["code"] for n in tuned(tmp_path, U, y)["findings"]["health"]["notes"]]
+
+
+def test_m04_one_value_is_refused():
+    """By D18 where the input moves long enough; else by M04."""
+    assert refused(lambda: pt.job.run(record(y=np.full(1000, 7.0))), "D18", EVERY)
+    refused(lambda: pt.job.run(record(U[:40], np.full(40, 7.0))), "M04", EVERY)
 
 
 # --- M09: sampling ---

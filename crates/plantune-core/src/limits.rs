@@ -25,12 +25,22 @@ pub struct Limits {
     pub X05: f64,
     /// Least relative loss difference between the best two delays.
     pub X06: f64,
+    /// Share of its final value that a response must reach for gain and time constant to be told apart.
+    pub X07: f64,
     /// Least ratio of singular values of the column-scaled regressor of a record.
     pub X08: f64,
     /// Distance below which a pole and a zero count as cancelling, whatever their uncertainty.
     pub X10: f64,
+    /// Factor by which a value may lie outside of its declared range.
+    pub N03: f64,
     /// Most that a filter may remember of an unknown start, as a share of what it changed.
     pub F02: f64,
+    /// Share of the rows at which an input may lie at a limit of its actuator.
+    pub M03: f64,
+    /// Largest share of the rows that may be left out as saturated or stuck.
+    pub M03_most: f64,
+    /// Largest resolution of an output as a share of its response.
+    pub M04: f64,
     /// Least share of what a linear model leaves that a dead band must explain.
     pub M05: f64,
     /// Least share of it that the turning points of the input must explain.
@@ -79,9 +89,14 @@ impl Default for Limits {
             X04: 0.01,
             X05: 1.0 / 3.0,
             X06: 0.01,
+            X07: 0.632,
             X08: 1e-10,
             X10: 0.01,
+            N03: 50.0,
             F02: 0.02,
+            M03: 0.05,
+            M03_most: 0.5,
+            M04: 0.25,
             M05: 0.3,
             M06: 0.4,
             M09: 0.5,
@@ -104,7 +119,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 30] {
+    pub fn items(&self) -> [(&'static str, f64); 35] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -117,9 +132,14 @@ impl Limits {
             ("X04", self.X04),
             ("X05", self.X05),
             ("X06", self.X06),
+            ("X07", self.X07),
             ("X08", self.X08),
             ("X10", self.X10),
+            ("N03", self.N03),
             ("F02", self.F02),
+            ("M03", self.M03),
+            ("M03_most", self.M03_most),
+            ("M04", self.M04),
             ("M05", self.M05),
             ("M06", self.M06),
             ("M09", self.M09),

@@ -1,7 +1,7 @@
 //! Looks at a record.
 
 use plantune_core::Limits;
-use plantune_core::analyze::{self, delay_scan};
+use plantune_core::analyze::{self, Actuators, Ends, delay_scan};
 use plantune_core::excitation::{check_input_motion, excitation_order};
 use pyo3::prelude::*;
 
@@ -11,6 +11,7 @@ use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(health, m)?)?;
+    m.add_function(wrap_pyfunction!(exclude, m)?)?;
     m.add_function(wrap_pyfunction!(spikes, m)?)?;
     m.add_function(wrap_pyfunction!(excitation_orders, m)?)?;
     m.add_function(wrap_pyfunction!(input_moves, m)?)?;
@@ -59,6 +60,7 @@ struct HealthOut {
     stuck: Vec<(String, usize, usize)>,
     spikes: Vec<(String, usize, f64)>,
     sentinels: Vec<(String, f64, usize)>,
+    saturated: Vec<(String, usize, usize)>,
     notes: Vec<NoteOut>,
 }
 
@@ -71,12 +73,49 @@ fn health(py: Python<'_>, rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<Health
     let row = |k: usize| record.place(0, k).row.unwrap_or(k);
     let stretch = |s: &analyze::Stretch| (name(s.output), row(s.rows.start), row(s.rows.end - 1));
     let spike = |s: &analyze::Spike| (name(s.output), row(s.row), s.size);
+    let at_limit =
+        |s: &analyze::Saturated| (record.names[s.input].clone(), row(s.rows.start), row(s.rows.end - 1));
     let sentinel = |s: &analyze::Sentinel| (record.names[s.column].clone(), s.value, s.count);
     Ok(HealthOut {
         stuck: found.stuck.iter().map(stretch).collect(),
         spikes: found.spikes.iter().map(spike).collect(),
         sentinels: found.sentinels.iter().map(sentinel).collect(),
+        saturated: found.saturated.iter().map(at_limit).collect(),
         notes: notes(&found.notes),
+    })
+}
+
+/// The dict behind `plantune.prep.exclude`; `kept` are rows of the record.
+#[derive(IntoPyObject)]
+struct ExcludedOut {
+    kept: Vec<(usize, usize)>,
+    log: Vec<String>,
+    notes: Vec<NoteOut>,
+}
+
+/// The record without stuck and saturated rows; `ends` per input, guessed where they are asked for so.
+#[pyfunction]
+#[pyo3(signature = (rec, ends, guess, stuck, limits))]
+fn exclude(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    ends: Option<Vec<Ends>>,
+    guess: bool,
+    stuck: bool,
+    limits: LimitsIn,
+) -> Outcome<ExcludedOut> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let actuators = match ends {
+        Some(ends) => Actuators::Known(ends),
+        None if guess => Actuators::Guessed,
+        None => Actuators::Unknown,
+    };
+    let out = py.detach(|| analyze::exclude(&record, &actuators, stuck, &limits))?;
+    Ok(ExcludedOut {
+        kept: out.kept.iter().map(|rows| (rows.start, rows.end)).collect(),
+        log: out.log,
+        notes: notes(&out.notes),
     })
 }
 

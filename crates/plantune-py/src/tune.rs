@@ -17,6 +17,7 @@ use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check_tunable, m)?)?;
+    m.add_function(wrap_pyfunction!(check_action, m)?)?;
     m.add_function(wrap_pyfunction!(half_rule, m)?)?;
     m.add_function(wrap_pyfunction!(controllability_ratio, m)?)?;
     m.add_function(wrap_pyfunction!(precontrol, m)?)?;
@@ -56,6 +57,12 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 fn check_tunable(K: (f64, f64), T: Option<(f64, f64)>, Ts: Option<f64>, limits: LimitsIn) -> Outcome<()> {
     let estimate = |(value, sd)| Estimate { value, sd };
     Ok(tune::check_tunable(estimate(K), T.map(estimate), Ts, &limits.into())?)
+}
+
+/// Refuses a process gain whose sign the declared action of the loop does not serve (X12).
+#[pyfunction]
+fn check_action(action: &str, K: f64) -> Outcome<()> {
+    Ok(tune::Action::read(action)?.check(K)?)
 }
 
 #[pyfunction]

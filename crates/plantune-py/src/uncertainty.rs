@@ -29,11 +29,15 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
 
 type Flat<'py> = PyReadonlyArray1<'py, f64>;
 
-/// Name, value and standard deviation.
+/// Name, value and standard deviation; a bare model has no covariance, and deviations of 0.
 #[pyfunction]
-fn derived_quantities(model: ModelIn, P: Flat<'_>) -> Outcome<Vec<(String, f64, f64)>> {
-    let P = Covariance(P.as_slice().map_err(PyErr::from)?);
-    Ok(derived::derived(&model.0, &P).into_iter().map(|q| (q.name, q.value, q.sd)).collect())
+fn derived_quantities(model: ModelIn, P: Option<Flat<'_>>) -> Outcome<Vec<(String, f64, f64)>> {
+    let sure = vec![0.0; model.0.theta().len().pow(2)];
+    let P = P.as_ref().map(|P| P.as_slice()).transpose().map_err(PyErr::from)?;
+    Ok(derived::derived(&model.0, &Covariance(P.unwrap_or(&sure)))
+        .into_iter()
+        .map(|q| (q.name, q.value, q.sd))
+        .collect())
 }
 
 /// Real part, imaginary part, and the covariance of the two; of the poles, or the zeros from an input.

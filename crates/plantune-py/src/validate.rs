@@ -16,6 +16,7 @@ use crate::values::{Array, LimitsIn, RecordIn, array};
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check, m)?)?;
     m.add_function(wrap_pyfunction!(plausible, m)?)?;
+    m.add_function(wrap_pyfunction!(expected, m)?)?;
     m.add_function(wrap_pyfunction!(p_of_feedback, m)?)?;
     m.add_function(wrap_pyfunction!(time_varying, m)?)?;
     m.add_function(wrap_pyfunction!(judge, m)?)
@@ -122,6 +123,14 @@ fn plausible(
 ) -> Outcome<Vec<NoteOut>> {
     let P = P.as_ref().map(|P| P.as_slice()).transpose().map_err(PyErr::from)?;
     Ok(notes(&validate::plausible(&model.0, P, &limits.into())?))
+}
+
+/// N03 of each name found far outside of its range; `(name, found, low, high)`, of columns or of parameters.
+#[pyfunction]
+fn expected(all: Vec<(String, f64, f64, f64)>, columns: bool, limits: LimitsIn) -> Outcome<Vec<NoteOut>> {
+    let one = |(name, found, low, high)| validate::Expected { name, found, low, high, spans: columns };
+    let all: Vec<validate::Expected> = all.into_iter().map(one).collect();
+    Ok(notes(&validate::expected(&all, &limits.into())))
 }
 
 /// p-value of "no error of y moves the input", one per input.

@@ -48,6 +48,8 @@ class Health:
         Single samples of outputs far off both neighbours.
     sentinels : tuple of Sentinel
         Codes such as -9999, in inputs and outputs.
+    saturated : tuple of Stretch
+        Inputs that seem to lie at a limit of their actuator.
     notes : tuple of Note
         The same in words, with severity "error" where the record must not be fitted.
     source : str
@@ -64,6 +66,7 @@ class Health:
     stuck: tuple[Stretch, ...]
     spikes: tuple[Spike, ...]
     sentinels: tuple[Sentinel, ...]
+    saturated: tuple[Stretch, ...]
     notes: tuple[Note, ...]
     source: str
 
@@ -75,20 +78,21 @@ class Health:
             (len(self.stuck), "stuck stretches"),
             (len(self.spikes), "spikes"),
             (len(self.sentinels), "sentinels"),
+            (len(self.saturated), "stretches of an input at a limit"),
         )
         head = ", ".join(f"{n} {what}" for n, what in counts if n) or "nothing wrong"
         return "\n".join([head, *(f"  {note}" for note in self.notes)])
 
 
 def health(rec: Record, limits: Limits | None = None) -> Health:
-    """Look for outputs that stand still, spikes and sentinels.
+    """Look for signals that stand still, saturate, jump, or are read too coarsely.
 
     Parameters
     ----------
     rec : Record
         Any number of inputs and outputs; outputs that do not count are not looked at.
     limits : Limits, optional
-        Thresholds D18 and D19.
+        Thresholds D18, D19, M03 and M04.
 
     Returns
     -------
@@ -103,6 +107,10 @@ def health(rec: Record, limits: Limits | None = None) -> Health:
     difference off the rows around it, and these lie on a smooth curve without it.
     *Sentinel* (D19, an error): a known code that lies further from all other values than these
     lie from each other.
+    *Saturated* (M03): an input lies at an end of its travel in more than the share M03 of the rows,
+    and five times as often as on any value in between; an error beyond the share `M03_most`.
+    *Quantised* (M04): the least step between two values of an output is more than the share M04 of
+    its response; an error where it takes one value.
 
     Examples
     --------
@@ -119,6 +127,7 @@ def health(rec: Record, limits: Limits | None = None) -> Health:
         stuck=tuple(Stretch(*s) for s in d["stuck"]),
         spikes=tuple(Spike(*s) for s in d["spikes"]),
         sentinels=tuple(Sentinel(*s) for s in d["sentinels"]),
+        saturated=tuple(Stretch(*s) for s in d["saturated"]),
         notes=(*notes_from_core(d["notes"]), *limits.changes()),
         source=rec.source,
     )

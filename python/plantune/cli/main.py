@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from plantune import job
 from plantune.cli.model_tuning import print_comparison, show_comparison, tune_model
-from plantune.cli.options import Json, LimitOption, limits_of
+from plantune.cli.options import Json, LimitOption, limits_of, ranges_of
 from plantune.cli.output import as_fields, fail, print_json, refusing, write_run
 from plantune.cli.parser import Group
 from plantune.cli.reading import Reading, takes_record
@@ -49,6 +49,18 @@ def tune(
         list[Path] | None,
         typer.Option(help="model.json of an earlier study, judged beside the new models."),
     ] = None,
+    u_limits: Annotated[
+        tuple[float, float] | None,
+        typer.Option(help="Ends of the actuator's travel; rows at or beyond them are left out."),
+    ] = None,
+    action: Annotated[
+        Literal["direct", "reverse"] | None,
+        typer.Option(help="How the controller acts; a gain of the other sign is refused."),
+    ] = None,
+    expected: Annotated[
+        list[str] | None,
+        typer.Option(help="What is known of a column or of K, T, L: K=1:3, power=0:100."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the report and the JSON files.")] = Path(
         "plantune-out"
     ),
@@ -71,7 +83,14 @@ def tune(
         rec = reading.record(limits)
         earlier = {path.stem: load_model(path) for path in given or ()}
         return job.run(
-            rec, gain_margin=gain_margin, given=earlier, title=reading.title, limits=limits
+            rec,
+            gain_margin=gain_margin,
+            given=earlier,
+            u_limits=u_limits,
+            action=action,
+            expected=ranges_of(expected),
+            title=reading.title,
+            limits=limits,
         )
 
     run, folder = _attempt(work, out, as_json)

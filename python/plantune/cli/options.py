@@ -16,6 +16,21 @@ LimitOption = Annotated[
 ]
 
 
+def ranges_of(given: list[str] | None) -> dict[str, tuple[float, float]]:
+    """Return expected ranges by name."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for one in given or []:
+        name, _, ends = one.rpartition("=")
+        low, _, high = ends.partition(":")
+        try:
+            ranges[name] = (float(low), float(high))
+        except ValueError:
+            raise refusal(
+                "U01", f"`--expected` is {one!r}, must be NAME=LOW:HIGH", remedy="--expected K=1:3"
+            ) from None
+    return ranges
+
+
 def limits_of(changes: list[str] | None) -> Limits:
     """Return the thresholds, some of them changed."""
     pairs: dict[str, float] = {}

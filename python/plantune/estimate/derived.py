@@ -45,7 +45,8 @@ class Derived:
     ----------
     names : tuple of str
         `K`, `T`, `L`, `Tz`, `w_n` (rad/s), `zeta`; `K1 K2` with several inputs, `T1 T2` with
-        several real poles, the slowest first.
+        several real poles, the slowest first.  Where the plant cannot be told from an integrating
+        one (M01), `slope`, y/(u s), takes the place of `K`.
     values, sd : array (n,)
         An `sd` that is NaN belongs to a number that was chosen and not estimated.
 

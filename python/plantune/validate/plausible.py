@@ -2,29 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from plantune import _core
 from plantune.estimate.fit import Fit, flat
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
+from plantune.validate.expected import Range, expected_of
 
 
 def plausible(
-    fit: Fit | PolyModel | ProcessModel, *, limits: Limits | None = None
+    fit: Fit | PolyModel | ProcessModel,
+    *,
+    expected: Mapping[str, Range] | None = None,
+    limits: Limits | None = None,
 ) -> tuple[Note, ...]:
-    """Return doubts about the poles and zeros of a model; none where they could be a plant's.
+    """Return doubts about a model; none where it could be a plant's, and the one expected.
 
     V06, a real zero beyond 1: the step response starts the wrong way.  V07, a pole with a negative
     real part that dies out at least three times as fast as the slowest, which lies on the right:
     no lag sampled behind a zero-order hold has one.  V08, both: the pattern of errors in
-    variables, least squares whose regressor is noisy.
+    variables, least squares whose regressor is noisy.  N03, a gain, time constant or dead time
+    more than 50 times beyond what was expected: the sign of units mixed up.
 
     Parameters
     ----------
     fit : Fit, PolyModel or ProcessModel
         Of a fit only what lies two standard deviations beyond counts; a bare model is taken at
         its word.
+    expected : mapping of str to (low, high), optional
+        Ranges of what `fit.derived()` names: `K`, `T` (the slowest of several), `L`, `w_n`.
+        Names that the model has not are left alone.
     limits : Limits, optional
-        Thresholds V06 and V07.
+        Thresholds V06, V07 and N03.
 
     Returns
     -------
@@ -33,7 +43,7 @@ def plausible(
     Raises
     ------
     UsageError
-        The fit has no model (U01).
+        The fit has no model, or a range does not ascend (U01).
 
     Notes
     -----
@@ -51,4 +61,5 @@ def plausible(
     """
     limits = limits or DEFAULT_LIMITS
     model, P = (fit.model, flat(fit)) if isinstance(fit, Fit) else (fit, None)
-    return notes_from_core(_core.plausible(model, P, limits))
+    notes = notes_from_core(_core.plausible(model, P, limits))
+    return notes + expected_of(model, P, expected or {}, limits)

@@ -54,10 +54,11 @@ def trust(
     """Choose the model to trust by the simulation of rows that none has seen.
 
     Eligible are models whose search converged and whose parameters can be told apart (not X10),
-    that do better than the mean (not X04), and whose one-step errors are free of the input (not
-    V02).  The objection of the input is dropped where it would cost more than `limits.V03` percent
-    of simulation.  In closed loop, where u holds part of the noise and a biased model may simulate
-    better, ARMAX and ARX models with white errors are eligible alone, if there are any.
+    that are stable (not M02), do better than the mean (not X04), and whose one-step errors are free
+    of the input (not V02).  The objection of the input is dropped where it would cost more than
+    `limits.V03` percent of simulation.  In closed loop, where u holds part of the noise and a
+    biased model may simulate better, ARMAX and ARX models with white errors are eligible alone, if
+    there are any.
 
     All within `limits.V10` percent of the best simulation are equals.  Among equals one with white
     errors goes first, since its standard deviations hold, and one without parameters that may as
@@ -180,6 +181,8 @@ def _grave(fit: Fit, verdict: Verdict) -> str:
     """Say what forbids trust in any case; empty where nothing does."""
     if not is_sound(fit):
         return "its search did not converge, or its orders are too high"
+    if "M02" in _codes(verdict):
+        return "it is unstable, and cannot be simulated"
     return "it is no better than the mean" if "X04" in _codes(verdict) else ""
 
 

@@ -3,14 +3,16 @@
 //! A first-order scan is a sample late on second-order plants, so every delay is tried with orders
 //! `n = na = nb = 1 … 4`, the order judged by BIC. A delay that is too short loses nothing but a
 //! coefficient; so the longest delay is chosen that costs neither the loss nor what the input explains
-//! more than a share too small to matter. All candidates share their rows: one QR holds every lag, and
+//! more than a share too small to matter; of a periodic input the longest below its period, since one that is a
+//! period longer does the same. All candidates share their rows: one QR holds every lag, and
 //! each candidate is a selection of its columns. Source 001, 3.5.4.
 
+use super::period::period;
 use crate::error::{Error, Result};
 use crate::excitation::{LEAST_EXCITATION, check_input_motion, excitation_order, too_poor};
 use crate::limits::Limits;
 use crate::linalg::{Triangle, residual_norm2};
-use crate::note::{Note, Place};
+use crate::note::{Note, Place, rounded};
 use crate::record::Record;
 use crate::regress::{Column, Regression};
 use crate::relation::{beyond, follows_later};
@@ -72,7 +74,8 @@ pub fn delay_scan(
     let candidates: Vec<usize> = best.iter().map(|c| c.nk).collect();
     let loss = best.iter().map(|c| scan.loss(c.rss)).collect();
     let orders = best.iter().map(|c| c.order).collect();
-    let winner = scan.longest_without_loss(&best);
+    let period = period(rec, input, high);
+    let winner = scan.longest_without_loss(&best, period);
     best.sort_by(|a, b| a.bic.total_cmp(&b.bic));
     let runner_up = best.iter().copied().find(|c| c.nk != winner.nk).unwrap_or(winner);
     let chance = scan.chance(&winner, candidates.len() * most);
@@ -81,7 +84,15 @@ pub fn delay_scan(
     {
         return Err(beyond(rec, input, lag, limits));
     }
-    let notes = notes(&scan, &winner, &runner_up, chance, limits);
+    let mut notes = notes(&scan, &winner, &runner_up, chance, limits);
+    let again = period.map(|p| winner.nk + p).filter(|&nk| nk <= high).map(|nk| scan.best_order(nk));
+    match (period, again) {
+        (Some(period), again) if again.is_some() || winner.nk >= period => {
+            notes.retain(|note| note.code != "X06");
+            notes.push(scan.periodic(&winner, again.as_ref(), period, limits));
+        }
+        _ => {}
+    }
     Ok(DelayScan {
         nk: winner.nk,
         order: winner.order,
@@ -189,12 +200,47 @@ impl<'r, 'a> Scan<'r, 'a> {
             .unwrap_or(Candidate { nk, order: 1, rss: f64::INFINITY, bic: f64::INFINITY })
     }
 
-    fn longest_without_loss(&self, best: &[Candidate]) -> Candidate {
+    fn longest_without_loss(&self, best: &[Candidate], period: Option<usize>) -> Candidate {
         let least = best.iter().map(|c| c.rss).fold(f64::INFINITY, f64::min);
         let own: Vec<usize> = (0..=self.most).collect();
         let immaterial = (LOST * (self.rss(&own) - least)).min(RAISED * least);
         let bound = least + immaterial + self.floor * self.N as f64;
-        best.iter().copied().filter(|c| c.rss <= bound).max_by_key(|c| c.nk).unwrap_or(best[0])
+        let good = || best.iter().copied().filter(|c| c.rss <= bound);
+        let first = good().next().unwrap_or(best[0]);
+        if period.is_none() {
+            return good().max_by_key(|c| c.nk).unwrap_or(first);
+        }
+        // Delays too short do as well, by way of more coefficients: a run of good ones ends at the delay.
+        let run = good().zip(first.nk..).take_while(|(c, nk)| c.nk == *nk);
+        run.map(|(c, _)| c).last().unwrap_or(first)
+    }
+
+    /// X06 of an input that repeats itself.
+    fn periodic(
+        &self,
+        winner: &Candidate,
+        again: Option<&Candidate>,
+        period: usize,
+        limits: &Limits,
+    ) -> Note {
+        let name = self.rec.input_name(self.input);
+        let loss = |c: &Candidate| rounded(self.loss(c.rss));
+        let other = match again {
+            Some(again) => format!("{} with {}", again.nk, loss(again)),
+            None => format!("{} outside of the range", winner.nk - period),
+        };
+        let text = format!(
+            "{name} repeats itself every {period} rows: a delay of {} samples, loss {}, is not told from {other}",
+            winner.nk,
+            loss(winner)
+        );
+        let apart =
+            again.map_or(0.0, |again| (again.rss - winner.rss).abs() / winner.rss.max(f64::MIN_POSITIVE));
+        Note::warning("X06", text)
+            .at(Place::column(name))
+            .count(period)
+            .measured(apart, limits.X06)
+            .remedy("record with an input that does not repeat itself, such as a PRBS")
     }
 
     fn rss(&self, columns: &[usize]) -> f64 {
@@ -269,7 +315,13 @@ fn notes(scan: &Scan, winner: &Candidate, runner_up: &Candidate, chance: f64, li
         notes.push(
             Note::warning(
                 "X06",
-                format!("delays {} and {} explain y about equally well", winner.nk, runner_up.nk),
+                format!(
+                    "delays {} and {} explain y about equally well, loss {} and {}",
+                    winner.nk,
+                    runner_up.nk,
+                    rounded(scan.loss(winner.rss)),
+                    rounded(scan.loss(runner_up.rss))
+                ),
             )
             .at(Place::column(name))
             .measured(apart.abs(), limits.X06)

@@ -1,5 +1,8 @@
-//! What is wrong with a record before any model: outputs that stand still, spikes, sentinels (D18, D19).
+//! What is wrong with a record before any model: outputs that stand still, spikes, sentinels (D18, D19),
+//! inputs at a limit (M03), outputs read too coarsely (M04).
 
+use super::quantised::quantised_note;
+use super::saturated::{Saturated, guessed_ends, saturated, saturated_note};
 use super::sentinels::{Sentinel, sentinels, sentinels_note};
 use super::spikes::{Spike, spikes, spikes_notes};
 use super::stuck::{Stretch, stuck, stuck_note};
@@ -16,6 +19,8 @@ pub struct Health {
     pub spikes: Vec<Spike>,
     /// Numbers that stand for a missing value.
     pub sentinels: Vec<Sentinel>,
+    /// Stretches on which an input seems to lie at a limit of its actuator.
+    pub saturated: Vec<Saturated>,
     /// The same in words.
     pub notes: Vec<Note>,
 }
@@ -29,13 +34,17 @@ pub fn health(rec: &Record, limits: &Limits) -> Health {
     };
     let spikes: Vec<Spike> = spikes(rec, limits).into_iter().filter(|s| !coded(s)).collect();
     let stuck = stuck(rec, limits);
+    let is_stuck = |i: usize| stuck.iter().any(|s| s.output == i);
+    let saturated = saturated(rec, &guessed_ends(rec, limits));
     let notes = sentinels
         .iter()
         .map(|s| sentinels_note(rec, s))
         .chain((0..rec.ny).flat_map(|i| stuck_note(rec, i, &stuck, limits)))
         .chain(spikes_notes(rec, &spikes, limits))
+        .chain((0..rec.nu).filter_map(|i| saturated_note(rec, i, &saturated, limits)))
+        .chain((0..rec.ny).filter(|&i| !is_stuck(i)).filter_map(|i| quantised_note(rec, i, limits)))
         .collect();
-    Health { stuck, spikes, sentinels, notes }
+    Health { stuck, spikes, sentinels, saturated, notes }
 }
 
 #[cfg(test)]

@@ -1,13 +1,20 @@
 //! A look at the data before a model.
 
 mod delay;
+mod exclude;
 mod health;
+mod period;
+mod quantised;
+mod saturated;
 mod sentinels;
 mod spikes;
 mod stuck;
 
 pub use delay::{DelayScan, delay_scan};
+pub use exclude::{Actuators, Excluded, exclude};
 pub use health::{Health, health};
+pub use quantised::{Resolution, resolution};
+pub use saturated::{Ends, Saturated, guessed_ends, saturated};
 pub use sentinels::{Sentinel, sentinels};
 pub use spikes::{Spike, spikes, spikes_notes};
 pub use stuck::{Stretch, stuck};

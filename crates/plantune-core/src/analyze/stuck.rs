@@ -96,7 +96,7 @@ fn warning(rec: &Record, s: &Stretch, limits: &Limits) -> Note {
     let (first, last) = (row(s.rows.start), row(s.rows.end - 1));
     let text = |stays: &str, moves: &str| format!("{stays} from row {first} to {last} while {moves} moves");
     note(rec, s, Severity::Warning, text, s.rows.len(), limits)
-        .remedy("leave these rows out: between(start, stop), or mark them in `valid`")
+        .remedy("leave these rows out, as the main job does: prep.exclude(rec)")
 }
 
 fn note(

@@ -10,7 +10,7 @@ use super::cancellation::cancellation;
 use super::fit::Fit;
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
-use super::poly_fit::Scaled;
+use super::poly_fit::{Scaled, plant_notes};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{RankDeficient, solve};
@@ -46,6 +46,8 @@ pub fn arx(rec: &Record, orders: &Orders, offset: bool, limits: &Limits) -> Resu
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&error[..n], &solution.theta[..n]);
     fit.x0 = rec.segments().map(|_| Vec::new()).collect();
+    let of_plant = plant_notes(rec, &fit, limits);
+    fit.notes.extend(of_plant);
     fit.finite()
 }
 

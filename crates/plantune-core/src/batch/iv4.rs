@@ -19,7 +19,7 @@ use super::cancellation::cancellation;
 use super::fit::{Fit, Status};
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
-use super::poly_fit::Scaled;
+use super::poly_fit::{Scaled, plant_notes};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{RankDeficient, Solution, Triangle, solve};
@@ -61,6 +61,8 @@ pub fn iv4(rec: &Record, orders: &Orders, offset: bool, rounds: usize, limits: &
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&error[..orders.n()], &theta[..orders.n()]);
     fit.x0 = rec.segments().map(|_| Vec::new()).collect();
+    let of_plant = plant_notes(rec, &fit, limits);
+    fit.notes.extend(of_plant);
     fit.status = status;
     fit.finite()
 }

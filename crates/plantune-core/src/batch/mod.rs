@@ -17,6 +17,7 @@ mod robust;
 mod sampling;
 mod sandwich;
 mod scores;
+mod settled;
 mod sign_perturbed_arx;
 mod sign_perturbed_sums;
 mod srivc;

@@ -158,6 +158,9 @@ impl Orders {
             return Err(too_short(rec.N().saturating_sub(self.history()), parameters));
         }
         check_input_motion(rec, limits)?;
+        if let Some(copied) = copied_input(rec) {
+            return Err(copied);
+        }
         self.check_delays(rec, limits)?;
         let usable = rec.segments().map(|s| s.len().saturating_sub(self.history())).sum();
         if usable <= parameters {

@@ -4,10 +4,12 @@
 
 use super::fit::{Fit, Status, standard_deviations};
 use super::orders::Orders;
+use super::settled;
 use crate::limits::Limits;
-use crate::model::Model;
+use crate::model::derived::Covariance;
+use crate::model::{Model, class_notes};
 use crate::note::Note;
-use crate::record::Scale;
+use crate::record::{Record, Scale};
 
 /// Mean squared residual, of an output of at most one, that is rounding.
 pub(super) const EXACT: f64 = 1e-26;
@@ -64,6 +66,15 @@ impl Scaled<'_> {
         fit.notes = doubts(&fit.theta, &sd, n, fit.N, exact, limits);
         fit
     }
+}
+
+/// What class the plant may be of (M01, M02), and whether the record shows its response whole (X07).
+pub(super) fn plant_notes(rec: &Record, fit: &Fit, limits: &Limits) -> Vec<Note> {
+    let Model::Poly(model) = &fit.model else { return Vec::new() };
+    let P = Covariance(&fit.P);
+    let inputs: Vec<&str> = (0..rec.nu).map(|i| rec.input_name(i)).collect();
+    let notes = class_notes(model, &P, &inputs);
+    if notes.is_empty() { settled::of_poly(rec, model, &P, limits) } else { notes }
 }
 
 /// What one scaled unit of each of `all` parameters is in the record's units.

@@ -14,11 +14,14 @@
 //!
 //! Of a first order `dK/da = b/(1-a)^2` and `dT/da = Ts/(a ln^2 a)`, `a` being the pole: METHODS 2.4. A root that meets
 //! another has no derivative, and an infinite standard deviation. The step response of a process model is
-//! differentiated by central differences ([`differences`]).
+//! differentiated by central differences ([`differences`]). Where the plant may integrate, its slope takes the place of
+//! `K` ([`super::integrator`]).
 
+use super::integrator::{integrator, slope};
 use super::{Model, PolyModel, ProcessModel};
 use crate::linalg::{Complex, congruence};
 use crate::poly::{at, divide, product, roots};
+use crate::stats::normal_quantile;
 
 type C = Complex<f64>;
 
@@ -34,7 +37,7 @@ pub struct Curve {
 /// A number with its name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Quantity {
-    /// `K`, `T`, `L`, `Tz`, `w_n`, `zeta`, counted where there are several.
+    /// `K`, `slope`, `T`, `L`, `Tz`, `w_n`, `zeta`, counted where there are several.
     pub name: String,
     /// Value.
     pub value: f64,
@@ -61,7 +64,7 @@ impl Covariance<'_> {
         congruence(rows, |i, j| self.0[i * size + j])
     }
 
-    fn sd(&self, row: &[f64]) -> f64 {
+    pub(super) fn sd(&self, row: &[f64]) -> f64 {
         if row.iter().any(|x| !x.is_finite()) {
             return f64::INFINITY;
         }
@@ -169,15 +172,15 @@ pub fn differences(model: &Model, P: &Covariance, curve: impl Fn(&Model) -> Vec<
 }
 
 /// Where the coefficients of each polynomial stand in `theta`.
-struct Layout {
-    a: usize,
-    b: Vec<usize>,
-    f: Vec<usize>,
-    n: usize,
+pub(super) struct Layout {
+    pub(super) a: usize,
+    pub(super) b: Vec<usize>,
+    pub(super) f: Vec<usize>,
+    pub(super) n: usize,
 }
 
 impl Layout {
-    fn of(m: &PolyModel) -> Self {
+    pub(super) fn of(m: &PolyModel) -> Self {
         let mut next = m.A.len() - 1;
         let mut take = |count: usize| {
             next += count;
@@ -217,20 +220,77 @@ fn quantities(rows: Vec<Row>, P: &Covariance) -> Vec<Quantity> {
     rows.into_iter().map(|(name, value, row)| Quantity { name, value, sd: P.sd(&row) }).collect()
 }
 
-fn of_poly(m: &PolyModel, P: &Covariance) -> Vec<Quantity> {
-    let model = Model::Poly(m.clone());
-    let gain = |i: usize| {
-        let (G, slope) = response_slope(&model, i, 0.0);
-        let K = m.dc_gain(i);
-        let row = slope.iter().map(|d| if K.is_finite() { d.re } else { f64::INFINITY }).collect();
-        (counted("K", i, m.B.len()), if K.is_finite() { G.re } else { K }, row)
+/// Static gain of input `i`, without a bound where the denominator vanishes.
+pub(super) fn gain(m: &PolyModel, P: &Covariance, i: usize) -> Quantity {
+    let (G, slope) = response_slope(&Model::Poly(m.clone()), i, 0.0);
+    let K = m.dc_gain(i);
+    let (value, sd) = if K.is_finite() {
+        (G.re, P.sd(&slope.iter().map(|d| d.re).collect::<Vec<f64>>()))
+    } else {
+        (K, f64::INFINITY)
     };
-    let mut rows: Vec<Row> = (0..m.B.len()).map(gain).collect();
-    let mut found = poles(&model);
+    Quantity { name: counted("K", i, m.B.len()), value, sd }
+}
+
+/// `K/T` with the slowest lag from input `i`, and that `T`; none without one.
+pub fn gain_per_time(model: &Model, P: &Covariance, i: usize) -> Option<(Quantity, f64)> {
+    let (K, by_K, T, by_T) = match model {
+        Model::Poly(m) => {
+            let slowest = poles(model)
+                .into_iter()
+                .filter(|r| r.z.im == 0.0 && 0.0 < r.z.re && r.z.re < 1.0)
+                .max_by(|a, b| a.z.re.total_cmp(&b.z.re))?;
+            let ln = slowest.z.re.ln();
+            let by_T: Vec<f64> =
+                slowest.slope.iter().map(|s| m.Ts / (slowest.z.re * ln * ln) * s.re).collect();
+            let by_K: Vec<f64> = response_slope(model, i, 0.0).1.iter().map(|d| d.re).collect();
+            (m.dc_gain(i), by_K, -m.Ts / ln, by_T)
+        }
+        Model::Process(m) => {
+            let n = m.theta().len();
+            let slowest = (0..m.T.len()).max_by(|&a, &b| m.T[a].total_cmp(&m.T[b]))?;
+            let unit = |j: usize| (0..n).map(|k| f64::from(u8::from(j == k))).collect::<Vec<f64>>();
+            (m.K, unit(0), m.T[slowest], unit(1 + slowest))
+        }
+        Model::Transfer(_) => return None,
+    };
+    let row: Vec<f64> = by_K.iter().zip(&by_T).map(|(k, t)| k / T - K / (T * T) * t).collect();
+    let sd = P.sd(&row);
+    (K / T).is_finite().then(|| (Quantity { name: counted("K/T", i, model.nu()), value: K / T, sd }, T))
+}
+
+fn of_poly(m: &PolyModel, P: &Covariance) -> Vec<Quantity> {
+    let mut all = Vec::new();
+    let mut integrating = false;
+    for i in 0..m.B.len() {
+        let K = gain(m, P, i);
+        let found = integrator(m, P, i, &K);
+        integrating |= found.is_some();
+        all.push(found.map_or(K, |found| slope(m, P, i, &found)));
+    }
+    let (lags, times) = times(m, P, integrating);
+    all.extend(times);
+    if !integrating && m.B.len() == 1 && m.order() == 1 && m.B[0].len() == 1 && m.nk[0] > 0 && lags == 1 {
+        let L = (m.nk[0] - 1) as f64 * m.Ts; // chosen, not estimated
+        all.push(Quantity { name: "L".into(), value: L, sd: f64::NAN });
+    }
+    all
+}
+
+/// The number of real lags; their time constants, and natural frequency and damping of the pairs.
+///
+/// Of an integrating plant without the lag that cannot be told from the integrator.
+fn times(m: &PolyModel, P: &Covariance, integrating: bool) -> (usize, Vec<Quantity>) {
+    let mut found = poles(&Model::Poly(m.clone()));
     found.sort_by(|a, b| b.z.norm().total_cmp(&a.z.norm()));
     let (pairs, reals): (Vec<Root>, Vec<Root>) =
         found.into_iter().filter(|r| r.z.im >= 0.0).partition(|r| r.z.im > 0.0);
-    let lags: Vec<Root> = reals.into_iter().filter(|r| 0.0 < r.z.re && r.z.re < 1.0).collect();
+    let mut lags: Vec<Root> = reals.into_iter().filter(|r| 0.0 < r.z.re && r.z.re < 1.0).collect();
+    let may_integrate = |lag: &Root| 1.0 - lag.z.re <= normal_quantile(0.95) * lag.covariance(P)[0].sqrt();
+    if integrating && lags.first().is_some_and(may_integrate) {
+        lags.remove(0);
+    }
+    let mut rows: Vec<Row> = Vec::new();
     for (k, lag) in lags.iter().enumerate() {
         let (z, ln) = (lag.z.re, lag.z.re.ln());
         let row = lag.slope.iter().map(|s| m.Ts / (z * ln * ln) * s.re).collect();
@@ -241,12 +301,7 @@ fn of_poly(m: &PolyModel, P: &Covariance) -> Vec<Quantity> {
         let slope: Vec<C> = pair.slope.iter().map(|d| d / pair.z / m.Ts).collect();
         rows.extend(frequency_and_damping(s, &slope, k, pairs.len()));
     }
-    let mut all = quantities(rows, P);
-    if m.B.len() == 1 && m.order() == 1 && m.B[0].len() == 1 && m.nk[0] > 0 && lags.len() == 1 {
-        let L = (m.nk[0] - 1) as f64 * m.Ts; // chosen, not estimated
-        all.push(Quantity { name: "L".into(), value: L, sd: f64::NAN });
-    }
-    all
+    (lags.len(), quantities(rows, P))
 }
 
 /// `w_n` and `zeta` of a pair at `s`.
@@ -260,7 +315,7 @@ fn frequency_and_damping(s: C, slope: &[C], k: usize, count: usize) -> [Row; 2] 
     ]
 }
 
-fn counted(name: &str, k: usize, count: usize) -> String {
+pub(super) fn counted(name: &str, k: usize, count: usize) -> String {
     if count == 1 { name.to_owned() } else { format!("{name}{}", k + 1) }
 }
 
@@ -462,11 +517,11 @@ mod tests {
     fn a_first_order_has_the_printed_slopes() {
         let (a, b, Ts): (f64, f64, f64) = (0.9, 0.4, 0.1);
         let model = Model::Poly(PolyModel::arx(vec![1.0, -a], vec![vec![b]], vec![3], Ts));
-        let of_a = derived(&model, &Covariance(&[1.0, 0.0, 0.0, 0.0]));
+        let of_a = derived(&model, &Covariance(&[1e-6, 0.0, 0.0, 0.0]));
         let names: Vec<&str> = of_a.iter().map(|q| q.name.as_str()).collect();
         assert_eq!(names, ["K", "T", "L"]);
-        close(of_a[0].sd, b / (1.0 - a).powi(2), "K");
-        close(of_a[1].sd, Ts / (a * a.ln().powi(2)), "T");
+        close(1e3 * of_a[0].sd, b / (1.0 - a).powi(2), "K");
+        close(1e3 * of_a[1].sd, Ts / (a * a.ln().powi(2)), "T");
         assert!((of_a[2].value - 0.2).abs() < 1e-15 && of_a[2].sd.is_nan());
         let of_b = derived(&model, &Covariance(&[0.0, 0.0, 0.0, 1.0]));
         close(of_b[0].sd, 1.0 / (1.0 - a), "K");

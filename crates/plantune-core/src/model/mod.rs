@@ -5,6 +5,7 @@ mod convert;
 pub mod derived;
 mod fopdt;
 mod horizon;
+mod integrator;
 mod matrix_poly;
 mod pid;
 mod poly;
@@ -19,6 +20,7 @@ pub use approximate::{Delay, approximated};
 pub use convert::{c2d, check_fopdt, d2c};
 pub use fopdt::{Fopdt, Fraction};
 pub use horizon::horizon;
+pub use integrator::class_notes;
 pub use matrix_poly::MatrixPoly;
 pub use pid::{Filter, Pid, Terms, backward_euler, weighted};
 pub use poly::PolyModel;
@@ -33,6 +35,10 @@ use std::borrow::Cow;
 
 use crate::error::{Error, Result};
 use crate::linalg::Complex;
+use crate::note::rounded;
+
+/// Outputs from here on are no numbers of a plant.
+const OVERFLOW: f64 = 1e150;
 
 /// A model of one output.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,6 +71,12 @@ enum Sampled<'m> {
 impl From<Fopdt> for Model {
     fn from(plant: Fopdt) -> Self {
         Model::Process(plant.into())
+    }
+}
+
+impl From<PolyModel> for Model {
+    fn from(model: PolyModel) -> Self {
+        Model::Poly(model)
     }
 }
 
@@ -189,11 +201,42 @@ impl Model {
         if nu != self.nu() {
             return Err(Error::argument("u", format!("{nu} columns"), &format!("{} columns", self.nu())));
         }
-        match self.sampled(Ts) {
-            Sampled::First(m) => Ok(m.simulate(u, Ts, x0)),
-            Sampled::Poly(m) if x0 == 0.0 => Ok(m.simulate(u, nu)),
-            Sampled::Poly(_) => Err(Error::argument("x0", x0, "0 but for a first-order process model")),
-        }
+        let y = match self.sampled(Ts) {
+            Sampled::First(m) => m.simulate(u, Ts, x0),
+            Sampled::Poly(m) if x0 == 0.0 => m.simulate(u, nu),
+            Sampled::Poly(_) => {
+                return Err(Error::argument("x0", x0, "0 but for a first-order process model"));
+            }
+        };
+        self.overflow(&y).map_or(Ok(y), Err)
+    }
+
+    /// M02 where an unstable model has left every scale.
+    fn overflow(&self, y: &[f64]) -> Option<Error> {
+        let row = y.iter().position(|y| !(y.abs() < OVERFLOW))?;
+        let pole = self.unstable_pole()?;
+        Some(
+            Error::new(
+                "M02",
+                format!("unstable, a pole at {pole}: from row {row} on the simulation overflows"),
+            )
+            .count(y.len() - row)
+            .measured(y.len() as f64, row as f64)
+            .remedy(format!("simulate less than {row} rows, or the loop: simulate.closed_loop")),
+        )
+    }
+
+    /// The pole farthest beyond the border of stability, in words.
+    fn unstable_pole(&self) -> Option<String> {
+        let beyond = |&(re, im): &(f64, f64)| match self {
+            Model::Poly(_) => f64::hypot(re, im) - 1.0,
+            _ => re,
+        };
+        let poles = self.poles();
+        let worst =
+            poles.iter().max_by(|a, b| beyond(a).total_cmp(&beyond(b))).filter(|p| beyond(p) > 0.0)?;
+        let (re, im) = (rounded(worst.0), rounded(worst.1.abs()));
+        Some(if im == 0.0 { format!("{re}") } else { format!("{re} ± {im}j") })
     }
 
     /// Simulated output over one segment.

@@ -1,5 +1,6 @@
 //! From a model to controller settings, their margins, and how the loop behaves.
 
+mod action;
 mod bands;
 mod border;
 mod closed_loop;
@@ -21,6 +22,7 @@ mod rules;
 mod stability;
 mod tunable;
 
+pub use action::Action;
 pub use bands::{Bands, bode_band, margin_bands, phase_deg, step_band};
 pub use border::{border, departures};
 pub use closed_loop::{ClosedLoopTransfers, closed_loop_transfers};

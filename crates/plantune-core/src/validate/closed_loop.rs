@@ -6,10 +6,11 @@
 //!
 //! In open loop no e takes part (Caines and Chan 1975). Moves of the set point are rare and large against
 //! what e does; Huber's weights keep them from hiding it. An input whose innovations are mostly zero, as a
-//! binary sequence's are, answers nothing: p = 1.
+//! binary sequence's are, answers nothing: p = 1. A loop without noise of its own or moves of its set point leaves no errors
+//! to tell: there p = 0 where the outputs give the input exactly, and its past does not.
 
 use crate::batch::huber;
-use crate::linalg::{Triangle, solve};
+use crate::linalg::{Triangle, residual_norm2, solve};
 use crate::record::Record;
 use crate::regress::{Column, Regression};
 use crate::stats::f_tail;
@@ -32,7 +33,9 @@ pub fn p_of_feedback(rec: &Record, i: usize) -> f64 {
     }
     let triangle = Triangle::of_rows(n + 1, rows.chunks_exact(n + 1));
     let every: Vec<usize> = (0..n).collect();
-    let Ok(model) = solve(&triangle, &every, n, 1e-10) else { return 1.0 };
+    let Ok(model) = solve(&triangle, &every, n, 1e-10) else {
+        return f64::from(u8::from(!plain(rec, i)));
+    };
     let error = |row: &[f64]| row[n] - row.iter().zip(&model.theta).map(|(x, t)| x * t).sum::<f64>();
     let e: Vec<f64> = rows.chunks_exact(n + 1).map(error).collect();
     let scale = regression.u[i];
@@ -47,6 +50,22 @@ pub fn p_of_feedback(rec: &Record, i: usize) -> f64 {
     }
     p_of_last(&of_u)
 }
+
+/// Whether the input is what a linear controller makes of the output and of nothing else: its past does not give it,
+/// but with the latest outputs it is known to the last digit.
+fn plain(rec: &Record, i: usize) -> bool {
+    let own = (1..=OWN).map(|lag| Column::Input(i, lag)).chain([Column::One]);
+    let outputs = (0..ERRORS).map(Column::MinusOutput);
+    let regression = Regression::new(rec, 0, own.chain(outputs).chain([Column::Input(i, 0)]).collect());
+    let (_, rows) = regression.all_rows();
+    let n = OWN + 1 + ERRORS;
+    let triangle = Triangle::of_rows(n + 2, rows.chunks_exact(n + 2));
+    let left = |columns: usize| residual_norm2(&triangle, &(0..columns).collect::<Vec<usize>>(), n, PLAIN);
+    left(n) <= PLAIN * left(OWN + 1)
+}
+
+/// Share of an input's innovations that is rounding.
+const PLAIN: f64 = 1e-12;
 
 /// `[-y | u_i | 1]`.
 fn columns(nu: usize) -> Vec<Column> {

@@ -1,8 +1,10 @@
 //! Whether a model holds on data: fit, criteria, residuals.
 
 mod closed_loop;
+mod expected;
 mod feedback;
 mod judge;
+mod line;
 mod matrix_verdict;
 mod memory;
 mod plausibility;
@@ -11,6 +13,7 @@ mod time_varying;
 mod verdict;
 
 pub use closed_loop::p_of_feedback;
+pub use expected::{Expected, expected};
 pub use feedback::{Estimated, Feedback};
 pub use judge::{Delay, Rival, Scores, judge};
 pub use matrix_verdict::check_output;

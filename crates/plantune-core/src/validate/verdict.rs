@@ -2,15 +2,16 @@
 //!
 //! `fit = 100 (1 - |y - yhat| / |y - mean(y)|)`.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
+use super::line::line;
 use super::memory::memory;
 use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::extent;
 use crate::model::{Model, TermModel};
-use crate::note::{Note, Place};
+use crate::note::{Note, Place, rounded};
 use crate::record::Record;
 use crate::sim::{OverRecord, Start, over_record};
 use crate::stats::{centred, f_tail};
@@ -108,6 +109,9 @@ pub(super) fn related(
 }
 
 fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -> Result<Verdict> {
+    if let Some(growth) = growth(model, rec) {
+        return one_step_ahead(model, rec, options, growth, limits);
+    }
     let simulated = over_record(model, rec, None, options.x0, options.offset)?;
     let predicted = over_record(model, rec, Some(1), options.x0, options.offset)?;
     let mut verdict = judged(rec, simulated, &predicted, options.lags, limits);
@@ -116,6 +120,39 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         let moved = level(model, rec, options, &verdict, limits)?;
         verdict.notes.extend(moved);
     }
+    Ok(verdict)
+}
+
+/// Factor by which an unstable model's state grows over the longest segment, where no simulation can stay near.
+fn growth(model: &Model, rec: &Record) -> Option<f64> {
+    let size = |&(re, im): &(f64, f64)| match model {
+        Model::Poly(_) => f64::hypot(re, im),
+        _ => (re * rec.Ts).exp(),
+    };
+    let largest = model.poles().iter().map(size).fold(0.0, f64::max);
+    let longest = rec.segments().map(|s| s.len()).max()?;
+    Some(largest.powf(longest as f64)).filter(|&growth| growth > FARTHEST)
+}
+
+/// Growth at which rounding of the first row fills the last: a simulation then says nothing, however true the model.
+const FARTHEST: f64 = 1e15;
+
+/// M02: an unstable model is judged by what it predicts of the next row.
+fn one_step_ahead(
+    model: &Model,
+    rec: &Record,
+    options: &CheckOptions,
+    growth: f64,
+    limits: &Limits,
+) -> Result<Verdict> {
+    let predicted = over_record(model, rec, Some(1), options.x0, options.offset)?;
+    let mut verdict = judged(rec, predicted.clone(), &predicted, options.lags, limits);
+    let text = "unstable: judged one step ahead, since its simulation leaves every record";
+    verdict.notes.push(
+        Note::warning("M02", text)
+            .measured(growth, FARTHEST)
+            .remedy("trust it in closed loop only: simulate.closed_loop"),
+    );
     Ok(verdict)
 }
 
@@ -144,7 +181,10 @@ pub(super) fn judged(
     let rounding = 1e-9 * (high - low);
     let exact = errors.iter().chain(&simulation_errors).all(|e| e.abs() <= rounding);
     let fit_1step = fit_percent(&y, &errors);
-    let notes = if exact { Vec::new() } else { notes(rec, &residuals, [fit, fit_1step], limits) };
+    let mut notes = if exact { Vec::new() } else { notes(rec, &residuals, [fit, fit_1step], limits) };
+    if let Some(coloured) = notes.iter_mut().find(|note| note.code == "M08") {
+        coloured.text += &named_line(rec, &rows, &errors);
+    }
     let passed = fit >= limits.V01 && notes.iter().all(|n| n.code != "V02");
     Verdict {
         fit,
@@ -280,6 +320,15 @@ fn coloured(residuals: &Residuals) -> Option<Note> {
             .measured(outside.most, residuals.band)
             .remedy("widen the intervals before use; look for a disturbance, or a lag the model lacks"),
     )
+}
+
+/// The frequency that stands out of coloured errors, in words; empty where none does.
+fn named_line(rec: &Record, rows: &[usize], errors: &[f64]) -> String {
+    line(rows, errors).map_or_else(String::new, |found| {
+        let (w, period) = (found.w / rec.Ts, TAU / found.w * rec.Ts);
+        let share = (100.0 * found.share).round();
+        format!("; {share} % of them at {} rad/s, a period of {} s", rounded(w), rounded(period))
+    })
 }
 
 /// V02: the residuals follow an input.

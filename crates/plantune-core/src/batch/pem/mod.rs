@@ -22,7 +22,7 @@ use super::cancellation::cancellation;
 use super::fit::{Fit, Status};
 use super::least_squares::{digits, rounding};
 use super::orders::{Orders, copied_input, too_short};
-use super::poly_fit::Scaled;
+use super::poly_fit::{Scaled, plant_notes};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{Minimum, RankDeficient, Solution, solve};
@@ -87,6 +87,8 @@ fn fitted(rec: &Record, orders: &Orders, options: PemOptions, limits: &Limits) -
     fit.names = orders.names(rec);
     fit.expected_digits = digits(&uncertain_by(&best, &solution)[..orders.n()], &best.theta);
     fit.x0 = predictor.x0();
+    let of_plant = plant_notes(rec, &fit, limits);
+    fit.notes.extend(of_plant);
     fit.status = if best.converged { Status::Converged } else { Status::NotConverged };
     if !best.converged {
         fit.notes.push(unfinished(&orders.model(&best.theta[..orders.n()], rec.Ts).C));

@@ -3,11 +3,13 @@
 use super::super::fit::{Fit, Status, standard_deviations};
 use super::super::orders::too_short;
 use super::super::sampling::sampling;
+use super::super::settled::of_process;
 use super::RANK_TOLERANCE;
 use super::problem::{DRIFT_ROWS, Linear, Point, Problem, Stretch};
 use super::profile::{Interval, WIDTH};
 use crate::error::Result;
 use crate::linalg::{Solution, congruence, solve};
+use crate::model::derived::Covariance;
 use crate::model::{Model, PolyModel, ProcessModel, sampled};
 use crate::note::{Note, Place, rounded};
 
@@ -40,6 +42,7 @@ impl Problem<'_, '_> {
             (None, _) => return Err(self.no_relation(1.0)),
         };
         let inverse = inverse_responses(&self.names(), &theta, &P);
+        let unsettled = self.unsettled(&plants, &P);
         Fit {
             P,
             names: self.names(),
@@ -49,7 +52,13 @@ impl Problem<'_, '_> {
             loss: rss / N as f64 / self.scale_y.factor.powi(2),
             status: best.status,
             expected_digits: digits,
-            notes: self.notes(&plants, N, best).into_iter().chain(doubt).chain(inverse).collect(),
+            notes: self
+                .notes(&plants, N, best)
+                .into_iter()
+                .chain(doubt)
+                .chain(inverse)
+                .chain(unsettled)
+                .collect(),
             model,
             theta,
             intervals,
@@ -282,6 +291,19 @@ impl Problem<'_, '_> {
         );
         if self.drifts() {
             notes.push(Note::info("M01", "integrating: K is a slope, there is no steady-state gain"));
+        }
+        notes
+    }
+
+    /// X07 of each input whose response the record does not show whole.
+    fn unsettled(&self, plants: &[ProcessModel], P: &[f64]) -> Vec<Note> {
+        let (width, mut start) = (P.len().isqrt(), 0);
+        let mut notes = Vec::new();
+        for (i, plant) in plants.iter().enumerate() {
+            let n = plant.theta().len();
+            let own: Vec<f64> = (0..n * n).map(|jk| P[(start + jk / n) * width + start + jk % n]).collect();
+            notes.extend(of_process(self.rec, i, plant, &Covariance(&own), self.limits));
+            start += self.codes[i].names().len();
         }
         notes
     }
