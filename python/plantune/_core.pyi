@@ -884,8 +884,13 @@ def check(
 ) -> Fields:
     """Fields of `Verdict` that are computed; an X04 carries them in `.result`."""
 
-def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
-    """Return notes on poles and zeros; `P` is flat."""
+def plausible(
+    model: Model, P: Floats | None, inputs: Sequence[str], limits: Limits
+) -> list[Fields]:
+    """Return notes on poles and zeros; `P` is flat, `inputs` are names of several inputs."""
+
+def noisy_regressors(rec: Record, model: Model, P: Floats, limits: Limits) -> list[Fields]:
+    """Return V08 where an ARX model shows errors in variables on a record; `P` is flat."""
 
 def p_of_feedback(rec: Record, limits: Limits) -> list[float]:
     """Chance that an open loop looks as closed as this, per input."""

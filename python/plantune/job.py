@@ -21,7 +21,8 @@ from plantune.text import column
 from plantune.tune import Comparison, Tuning, imc_pi, optimal
 from plantune.tune import compare as compare_rules
 from plantune.tune.compare import DEFAULT_RULES
-from plantune.validate import Verdict, check, compare, trust
+from plantune.validate import Verdict, check, closed_loop, compare, trust
+from plantune.validate.time_varying import ORDER, look
 from plantune.validate.trust import noise_holds
 
 # Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
@@ -187,7 +188,8 @@ def run(
     again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
     polynomial model, or else the one of the best simulation, is the judge: where it simulates
     clearly better, or needs another delay, the process model's intervals are widened and a note
-    says so; in closed loop also where feedback moved its gain or time constant (V11).
+    says so; in closed loop also where feedback moved its gain or time constant (V11).  A plant that
+    changed within the record is named with the time of the change (M07).
 
     Parameters
     ----------
@@ -272,10 +274,11 @@ def _job(
     fits, left_out = candidates(est, scan.order, scan.nk, limits=limits)
     earlier = _earlier(given, fits)
     judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
-    verdicts = {row.name: row for row in judged.rows}
+    changes = _changes(rec, scan.nk, limits)
+    verdicts = {row.name: _without(row, changes) for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
-    closed_loop = _in_closed_loop(rec, own)
-    best = trust(fits, own, closed_loop=closed_loop, limits=limits)
+    in_loop = _in_closed_loop(rec, own, limits)
+    best = trust(fits, own, closed_loop=in_loop, limits=limits)
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
         record=rec,
@@ -287,11 +290,11 @@ def _job(
         comparison=None,
         tunings=(),
         responses=(),
-        notes=(*notes, best.note, *left_out),
+        notes=(*notes, best.note, *changes, *left_out),
         truth=truth,
     )
     _check_plant(identified, est, val, limits)
-    chosen = _chosen(identified, limits, refit=val is not est, closed_loop=closed_loop)
+    chosen = _chosen(identified, limits, refit=val is not est, closed_loop=in_loop)
     return _tuned(replace(identified, chosen=chosen), gain_margin, limits)
 
 
@@ -356,14 +359,27 @@ def _earlier(
     return given
 
 
-def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict]) -> bool:
-    """Whether there is a set point, or the input follows the errors of the best predictor.
+def _changes(rec: Record, nk: int, limits: Limits) -> tuple[Note, ...]:
+    """M07 where the plant changed within the whole record."""
+    found = look(rec, [nk], ORDER, limits)
+    return found.notes if found else ()
+
+
+def _without(verdict: Verdict, changes: tuple[Note, ...]) -> Verdict:
+    """Return the verdict without M07 of its rows where the whole record says it."""
+    kept = tuple(note for note in verdict.notes if not changes or note.code != "M07")
+    return replace(verdict, notes=kept)
+
+
+def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict], limits: Limits) -> bool:
+    """Whether there is a set point, feedback is seen, or u follows errors of the best predictor.
 
     Only errors that hold nothing else tell feedback from dynamics that a model misses.
     """
+    if rec.r is not None or closed_loop(rec, limits=limits):
+        return True
     best = min(verdicts.values(), key=lambda verdict: verdict.loss)
-    clean = all(note.code not in ("M08", "V02") for note in best.notes)
-    return rec.r is not None or (clean and best.feedback)
+    return best.feedback and all(note.code not in ("M08", "V02") for note in best.notes)
 
 
 def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:

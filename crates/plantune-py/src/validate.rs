@@ -2,6 +2,7 @@
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Limits;
+use plantune_core::model::Model;
 use plantune_core::validate::{
     self, CheckOptions, Delay, Estimated, Feedback, Residuals, Rival, Scores, Verdict,
 };
@@ -16,6 +17,7 @@ use crate::values::{Array, LimitsIn, RecordIn, array};
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check, m)?)?;
     m.add_function(wrap_pyfunction!(plausible, m)?)?;
+    m.add_function(wrap_pyfunction!(noisy_regressors, m)?)?;
     m.add_function(wrap_pyfunction!(p_of_feedback, m)?)?;
     m.add_function(wrap_pyfunction!(time_varying, m)?)?;
     m.add_function(wrap_pyfunction!(judge, m)?)
@@ -118,10 +120,28 @@ pub fn checked(
 fn plausible(
     model: ModelIn,
     P: Option<PyReadonlyArray1<'_, f64>>,
+    inputs: Vec<String>,
     limits: LimitsIn,
 ) -> Outcome<Vec<NoteOut>> {
     let P = P.as_ref().map(|P| P.as_slice()).transpose().map_err(PyErr::from)?;
-    Ok(notes(&validate::plausible(&model.0, P, &limits.into())?))
+    Ok(notes(&validate::plausible(&model.0, P, &inputs, &limits.into())?))
+}
+
+/// V08 where an ARX model shows errors in variables on a record; nothing of other models.
+#[pyfunction]
+fn noisy_regressors(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    model: ModelIn,
+    P: PyReadonlyArray1<'_, f64>,
+    limits: LimitsIn,
+) -> Outcome<Vec<NoteOut>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let P = P.as_slice().map_err(PyErr::from)?;
+    let Model::Poly(model) = model.0 else { return Ok(Vec::new()) };
+    let found = py.detach(|| validate::noisy_regressors(&model, Some(P), &record, &limits))?;
+    Ok(notes(found.as_slice()))
 }
 
 /// p-value of "no error of y moves the input", one per input.

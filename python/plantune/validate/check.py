@@ -21,6 +21,7 @@ from plantune.models import (
 )
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record
+from plantune.validate.evidence import against
 from plantune.validate.plausible import plausible
 
 
@@ -175,7 +176,9 @@ def check(
     -------
     Verdict
         With note M11 where rows of the fit are judged again, and what `plausible` doubts of the
-        model's poles and zeros; that leaves `passed` as it is.
+        model's poles and zeros.  Of a fit also X09, feedback that its noise model does not take up
+        (`closed_loop`); M07, a plant that changed within the record (`time_varying`); and V08, an
+        ARX whose regressor is noisy.  These leave `passed` as it is.
 
     Raises
     ------
@@ -209,7 +212,8 @@ def check(
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
     several, own_terms = isinstance(model, MatrixPolyModel), isinstance(model, TermModel)
     bare: Any = fit
-    doubts = () if several or own_terms else plausible(bare, limits=limits)  # they have no zeros
+    inputs = rec.u_names if rec.nu > 1 else ()
+    doubts = () if several or own_terms else plausible(bare, inputs=inputs, limits=limits)
     further = (*doubts, *seen, *limits.changes())
     own = fit.offset.tolist() if isinstance(fit, Fit) else [0.0] * rec.ny
     used = own if offset == "fit" else None
@@ -225,6 +229,9 @@ def check(
         if error.result is not None:
             error.result = _verdict(error.result, rec, i, extra, further)
         raise
+    if isinstance(fit, Fit):
+        white = all(note["code"] != "M08" for note in d["notes"])
+        further = (*against(rec, fit, white=white, limits=limits), *further)
     return _verdict(d, rec, i, extra, further)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from plantune import _core
 from plantune.estimate.fit import Fit, flat
 from plantune.models import PolyModel, ProcessModel
@@ -9,7 +11,10 @@ from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 
 
 def plausible(
-    fit: Fit | PolyModel | ProcessModel, *, limits: Limits | None = None
+    fit: Fit | PolyModel | ProcessModel,
+    *,
+    inputs: Sequence[str] = (),
+    limits: Limits | None = None,
 ) -> tuple[Note, ...]:
     """Return doubts about the poles and zeros of a model; none where they could be a plant's.
 
@@ -23,6 +28,8 @@ def plausible(
     fit : Fit, PolyModel or ProcessModel
         Of a fit only what lies two standard deviations beyond counts; a bare model is taken at
         its word.
+    inputs : sequence of str
+        Names of several inputs, to say which is concerned; a fit knows them.
     limits : Limits, optional
         Thresholds V06 and V07.
 
@@ -51,4 +58,11 @@ def plausible(
     """
     limits = limits or DEFAULT_LIMITS
     model, P = (fit.model, flat(fit)) if isinstance(fit, Fit) else (fit, None)
-    return notes_from_core(_core.plausible(model, P, limits))
+    named = inputs or (_inputs(fit) if isinstance(fit, Fit) else ())
+    return notes_from_core(_core.plausible(model, P, list(named), limits))
+
+
+def _inputs(fit: Fit) -> list[str]:
+    """Return the inputs' names, in brackets behind parameters where there are several."""
+    named = (name.partition("[")[2][:-1] for name in fit.names if name.endswith("]"))
+    return list(dict.fromkeys(named))

@@ -183,7 +183,8 @@ impl Orders {
         for (i, &nk) in self.nk.iter().enumerate() {
             let share = nk as f64 / rec.N() as f64;
             if share >= limits.X05 {
-                let text = format!("nk = {nk} is {:.0} % of a record of {} rows", 100.0 * share, rec.N());
+                let of = if rec.nu > 1 { format!(" of {}", rec.input_name(i)) } else { String::new() };
+                let text = format!("nk = {nk}{of} is {:.0} % of a record of {} rows", 100.0 * share, rec.N());
                 return Err(Error::new("X05", text)
                     .at(Place::column(rec.input_name(i)))
                     .measured(nk as f64, limits.X05 * rec.N() as f64)

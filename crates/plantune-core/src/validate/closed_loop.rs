@@ -22,6 +22,9 @@ const ERRORS: usize = 3;
 /// Rows per parameter below which nothing is said.
 const ROWS: usize = 4;
 
+/// Share of the travel of y below which errors are rounding.
+const EXACT: f64 = 1e-9;
+
 /// p-value of "no error of y moves input `i`"; 1 where the rows do not tell.
 pub fn p_of_feedback(rec: &Record, i: usize) -> f64 {
     let (lagged, n) = (columns(rec.nu), LONG * (1 + rec.nu) + 1);
@@ -35,6 +38,11 @@ pub fn p_of_feedback(rec: &Record, i: usize) -> f64 {
     let Ok(model) = solve(&triangle, &every, n, 1e-10) else { return 1.0 };
     let error = |row: &[f64]| row[n] - row.iter().zip(&model.theta).map(|(x, t)| x * t).sum::<f64>();
     let e: Vec<f64> = rows.chunks_exact(n + 1).map(error).collect();
+    let largest = |x: f64, y: f64| x.max(y.abs());
+    let travel = rows.chunks_exact(n + 1).map(|row| row[n]).fold(0.0, largest);
+    if e.iter().copied().fold(0.0, largest) <= EXACT * travel {
+        return 1.0; // rounding answers nothing
+    }
     let scale = regression.u[i];
     let mut of_u = Vec::with_capacity(at.len() * 10);
     for p in ERRORS - 1..at.len() {
