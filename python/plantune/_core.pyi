@@ -892,7 +892,7 @@ def plausible(
 def noisy_regressors(rec: Record, model: Model, P: Floats, limits: Limits) -> list[Fields]:
     """Return V08 where an ARX model shows errors in variables on a record; `P` is flat."""
 
-def p_of_feedback(rec: Record, limits: Limits) -> list[float]:
+def p_of_feedback(rec: Record, direct: bool, limits: Limits) -> list[float]:
     """Chance that an open loop looks as closed as this, per input."""
 
 def time_varying(rec: Record, nk: Sequence[int], order: int, limits: Limits) -> Fields | None:

@@ -277,7 +277,7 @@ def _job(
     changes = _changes(rec, scan.nk, limits)
     verdicts = {row.name: _without(row, changes) for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
-    in_loop = _in_closed_loop(rec, own, limits)
+    in_loop = _in_closed_loop(rec, own, scan.nk, limits)
     best = trust(fits, own, closed_loop=in_loop, limits=limits)
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
@@ -371,12 +371,14 @@ def _without(verdict: Verdict, changes: tuple[Note, ...]) -> Verdict:
     return replace(verdict, notes=kept)
 
 
-def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict], limits: Limits) -> bool:
+def _in_closed_loop(
+    rec: Record, verdicts: Mapping[str, Verdict], nk: int, limits: Limits
+) -> bool:
     """Whether there is a set point, feedback is seen, or u follows errors of the best predictor.
 
     Only errors that hold nothing else tell feedback from dynamics that a model misses.
     """
-    if rec.r is not None or closed_loop(rec, limits=limits):
+    if rec.r is not None or closed_loop(rec, direct=nk == 0, limits=limits):
         return True
     best = min(verdicts.values(), key=lambda verdict: verdict.loss)
     return best.feedback and all(note.code not in ("M08", "V02") for note in best.notes)

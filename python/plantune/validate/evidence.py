@@ -7,6 +7,7 @@ from dataclasses import replace
 from plantune import _core
 from plantune.estimate.fit import Fit, flat
 from plantune.models import PolyModel, ProcessModel, TransferFunction
+from plantune.models.convert import c2d
 from plantune.notes import Limits, Note, notes_from_core
 from plantune.record import Record
 from plantune.validate.closed_loop import closed_loop
@@ -34,7 +35,7 @@ def _feedback(rec: Record, fit: Fit, white: bool, limits: Limits) -> tuple[Note,
         return ()
     why = "whose noise model is not true" if has_noise_model(fit) else "which has no noise model"
     more = f": {fit.method}, {why}, is biased where it was fitted on such rows"
-    found = closed_loop(rec, limits=limits).notes
+    found = closed_loop(rec, direct=0 in _delays(rec, fit), limits=limits).notes
     return tuple(replace(note, text=note.text.partition(";")[0] + more) for note in found)
 
 
@@ -56,10 +57,12 @@ def _change(rec: Record, fit: Fit, limits: Limits) -> tuple[Note, ...]:
     """M07 where an ARX of the delays of the fit changes; an integrator has no gain to change."""
     if any(plant.integrating for plant in fit.plants):
         return ()
-    model = fit.sampled or fit.model
-    if isinstance(model, PolyModel):
-        nk = [int(k) for k in (model.nk if rec.nu > 1 else [model.nk])]
-    else:
-        nk = [1 + int(model.L / rec.Ts)] * rec.nu
-    found = look(rec, nk, ORDER, limits)
+    found = look(rec, _delays(rec, fit), ORDER, limits)
     return found.notes if found else ()
+
+
+def _delays(rec: Record, fit: Fit) -> list[int]:
+    """Return the delay of each input in samples; 0 where y jumps with it."""
+    model = fit.sampled or fit.model
+    model = model if isinstance(model, PolyModel) else c2d(model, rec.Ts)
+    return [int(nk) for nk in (model.nk if rec.nu > 1 else [model.nk])]
