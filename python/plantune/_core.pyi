@@ -148,7 +148,7 @@ class Butterworth:
 
 # --- models ------------------------------------------------------------------------------------
 
-def simulate(model: Model, u: Floats, Ts: float, x0: float) -> Floats:
+def simulate(model: Model, u: Floats, Ts: float, x0: float, offset: float) -> Floats:
     """Output (N,) for the input `u` (N, nu), which is zero before row 0."""
 
 def freqresp(model: Model, input: int, w: Floats) -> Complexes:
@@ -431,6 +431,7 @@ def process(
     noise: str | tuple[int, int],
     offset: bool,
     L: Interval | None,
+    robust: bool,
     limits: Limits,
 ) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
@@ -476,6 +477,19 @@ def bootstrap(
 ) -> Fields:
     """`estimates` (runs, m), `low`, `high`, `block`, and their spread `P`, `sd`."""
 
+def process_sandwich(
+    rec: Record, known: object, P: Floats, limits: Limits
+) -> tuple[Floats, Floats, Floats, Fields]:
+    """Covariance, deviations of `theta`, factors by which all grew, and a note; `P` is flat.
+
+    `known` has `codes plants c d N loss offset` of a process fit.
+    """
+
+def process_bootstrap(
+    rec: Record, known: object, options: tuple[int, int | None, int], limits: Limits
+) -> Fields:
+    """Fields as of `bootstrap`; `options` are runs, block, seed."""
+
 def sign_perturbed_sums(
     phi: Floats, y: Floats, sizes: tuple[int, int], seed: int
 ) -> tuple[Floats, Floats, float]:
@@ -485,6 +499,16 @@ def sps_contains(
     phi: Floats, y: Floats, thetas: list[list[float]], sizes: tuple[int, int], seed: int
 ) -> list[bool]:
     """Which of `thetas` are inside the region."""
+
+def sps_arx_box(
+    rec: Record,
+    model: PolyModel,
+    offset: float | None,
+    sizes: tuple[int, int],
+    seed: int,
+    limits: Limits,
+) -> tuple[Floats, Floats, Floats]:
+    """Estimate with the constant last, and the ends of the region along each entry."""
 
 def sps_arx_contains(
     rec: Record,
@@ -520,6 +544,12 @@ def step_modes(
     limits: Limits,
 ) -> Fields:
     """Fields of `StepModes` but `source`; without an order the data choose it."""
+
+def normal_interval(x: float, sd: float) -> tuple[float, float]:
+    """Return the 95 % interval of a normal law."""
+
+def stretched(interval: tuple[float, float], x: float, factor: float) -> tuple[float, float]:
+    """Return an interval around `x` with both ends `factor` times as far."""
 
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""

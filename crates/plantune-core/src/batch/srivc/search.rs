@@ -8,8 +8,8 @@ use super::filter::Filter;
 use crate::linalg::dot;
 
 /// On the grid, between its points, and at the end.
-const ON_GRID: Rounds = Rounds { most: 12, rest: 1e-4 };
-const BETWEEN: Rounds = Rounds { most: 12, rest: 1e-7 };
+const ON_GRID: Rounds = Rounds { most: 6, rest: 1e-3 };
+const BETWEEN: Rounds = Rounds { most: 6, rest: 1e-6 };
 const AT_END: Rounds = Rounds { most: 60, rest: 1e-9 };
 
 /// Time constants of the map, and the most delays.
@@ -101,6 +101,9 @@ impl Data {
         let (mut n, mut sw, mut sy, mut sww, mut syy, mut swy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         for (stretch, w) in self.stretches.iter().zip(w) {
             let (rows, from) = (self.used(stretch, history), stretch.0.start + m);
+            if rows.is_empty() {
+                continue;
+            }
             let (y, w) = (&self.y[rows.clone()], &w[rows.start - from..rows.end - from]);
             n += y.len() as f64;
             (sw, sy) = (sw + w.iter().sum::<f64>(), sy + y.iter().sum::<f64>());
