@@ -12,7 +12,7 @@ from plantune.analyze import DelayScan, Health, delay, health
 from plantune.errors import NotIdentifiable, PlantuneError, from_note, refusal
 from plantune.estimate import Fit, candidates, process
 from plantune.estimate.candidates import again, is_sound
-from plantune.estimate.fit import flat
+from plantune.estimate.fit import flat, widened
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
 from plantune.record import Record
@@ -20,13 +20,17 @@ from plantune.simulate import Response
 from plantune.text import column
 from plantune.tune import Comparison, Tuning, imc_pi, optimal
 from plantune.tune import compare as compare_rules
-from plantune.tune.compare import DEFAULT_RULES
+from plantune.tune.compare import DEFAULT_RULES, HIGHER_ORDER
 from plantune.validate import Verdict, check, closed_loop, compare, trust
+from plantune.validate.second_lag import second_lag
 from plantune.validate.time_varying import ORDER, look
 from plantune.validate.trust import noise_holds
 
 # Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
 _MS = 1.6
+
+# Process models, the larger one last.
+_PROCESS = ("P1D", "P2D")
 
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
@@ -45,8 +49,9 @@ class Run:
     findings : mapping
         `health`: what is wrong with the record; `delay`: the delay scan.
     fits, verdicts : mapping
-        `ARX`, `OE`, `ARMAX` and `P1D` as far as the record supports them, fitted on one part of it
-        and judged on the other; models that were given are among the verdicts.
+        `ARX`, `OE`, `ARMAX` and `P1D` as far as the record supports them, and `P2D` where a second
+        lag is needed, fitted on one part of it and judged on the other; models that were given are
+        among the verdicts.
     trusted : str
         Name of the fit to trust; the note V10 says why.
     chosen : Fit
@@ -66,7 +71,7 @@ class Run:
     >>> import plantune as pt
     >>> run = pt.job.run(pt.datasets.hair_dryer())
     >>> run.findings["delay"].nk, {name: round(v.fit) for name, v in run.verdicts.items()}
-    (3, {'ARX': 85, 'OE': 92, 'ARMAX': 86, 'P1D': 82})
+    (3, {'ARX': 85, 'OE': 92, 'ARMAX': 86, 'P1D': 82, 'P2D': 92})
     >>> run.trusted, run.tunings[0].rule
     ('OE', 'IMC-PI, gain_margin = 3')
     """
@@ -86,19 +91,31 @@ class Run:
 
     @property
     def relied(self) -> tuple[str, ...]:
-        """Names of the models that the outcome relies on: the trusted one, and P1D for tunings.
+        """Names of the models relied on: the trusted one, and the process model for tunings.
 
         Examples
         --------
         >>> import plantune as pt
         >>> pt.job.run(pt.datasets.hair_dryer()).relied
-        ('OE', 'P1D')
+        ('P2D',)
         """
         return tuple(dict.fromkeys((self.trusted, self.chosen.method)))
 
     @property
+    def process(self) -> str | None:
+        """Name of the process model that is tuned on, `P2D` or `P1D`; None where none is known.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> pt.job.run(pt.datasets.hair_dryer()).process
+        'P2D'
+        """
+        return next((name for name in reversed(_PROCESS) if name in self.fits), None)
+
+    @property
     def rival(self) -> str | None:
-        """Name of the polynomial model that judges P1D: the trusted one, or the best simulation.
+        """Name of the polynomial model that judges it: the trusted one, or the best simulation.
 
         Examples
         --------
@@ -106,7 +123,7 @@ class Run:
         >>> pt.job.run(pt.datasets.hair_dryer()).rival
         'OE'
         """
-        names = [name for name in self.fits if name != "P1D"]
+        names = [name for name in self.fits if name not in _PROCESS]
         if self.trusted in names:
             return self.trusted
         sound = [name for name in names if is_sound(self.fits[name])]
@@ -183,9 +200,10 @@ def run(
     """Take a record to a validated model and a tuned loop.
 
     A record that `analyze.health` finds wrong is refused.  The delay is scanned; ARX, OE,
-    ARMAX and a process model are fitted on the first half and judged on the second, and a note
-    says which is trusted and why, by the rule of `validate.trust`.  The process model is fitted
-    again on all rows and tuned by IMC-PI, beside which other rules are compared.  The trusted
+    ARMAX and P1D are fitted on the first half and judged on the second, and P2D as well where the
+    data ask for a second lag (V15); a note says which is trusted and why, by the rule of
+    `validate.trust`.  The process model is fitted again on all rows and tuned by IMC-PI (of two
+    lags on what the half rule leaves), beside which other rules are compared.  The trusted
     polynomial model, or else the one of the best simulation, is the judge: where it simulates
     clearly better, or needs another delay, the process model's intervals are widened and a note
     says so; in closed loop also where feedback moved its gain or time constant (V11).  A plant that
@@ -274,23 +292,27 @@ def _job(
     fits, left_out = candidates(est, scan.order, scan.nk, limits=limits)
     earlier = _earlier(given, fits)
     judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
-    changes = _changes(rec, scan.nk, limits)
-    verdicts = {row.name: _without(row, changes) for row in judged.rows}
+    verdicts = {row.name: row for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
     in_loop = _in_closed_loop(rec, own, scan.nk, limits)
+    lags: tuple[Note, ...] = ()
+    if not in_loop:  # there a richer model simulates better for its bias
+        fits, own, lags = _with_second_lag(est, val, fits, own, limits)
     best = trust(fits, own, closed_loop=in_loop, limits=limits)
+    changes = _changes(rec, scan.nk, limits)
+    verdicts = {**own, **{name: verdicts[name] for name in earlier}}
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
         record=rec,
         findings={"health": healthy, "delay": scan},
         fits=fits,
-        verdicts=verdicts,
+        verdicts={name: _without(verdict, changes) for name, verdict in verdicts.items()},
         trusted=best.name,
         chosen=fits[best.name],
         comparison=None,
         tunings=(),
         responses=(),
-        notes=(*notes, best.note, *changes, *left_out),
+        notes=(*notes, best.note, *lags, *changes, *left_out),
         truth=truth,
     )
     _check_plant(identified, est, val, limits)
@@ -359,6 +381,20 @@ def _earlier(
     return given
 
 
+def _with_second_lag(
+    est: Record, val: Record, fits: Mapping[str, Fit], own: Mapping[str, Verdict], limits: Limits
+) -> tuple[dict[str, Fit], dict[str, Verdict], tuple[Note, ...]]:
+    """Add P2D to the fits and verdicts where the data ask for it."""
+    poly = [own[name].fit for name in fits if name != "P1D" and is_sound(fits[name])]
+    if "P1D" not in fits or not poly:
+        return dict(fits), dict(own), ()
+    found = second_lag(est, val, fits["P1D"], own["P1D"], max(poly), limits)
+    if found is None:
+        return dict(fits), dict(own), ()
+    fit, verdict, note = found
+    return {**fits, "P2D": fit}, {**own, "P2D": verdict}, (note,)
+
+
 def _changes(rec: Record, nk: int, limits: Limits) -> tuple[Note, ...]:
     """M07 where the plant changed within the whole record."""
     found = look(rec, [nk], ORDER, limits)
@@ -371,9 +407,7 @@ def _without(verdict: Verdict, changes: tuple[Note, ...]) -> Verdict:
     return replace(verdict, notes=kept)
 
 
-def _in_closed_loop(
-    rec: Record, verdicts: Mapping[str, Verdict], nk: int, limits: Limits
-) -> bool:
+def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict], nk: int, limits: Limits) -> bool:
     """Whether there is a set point, feedback is seen, or u follows errors of the best predictor.
 
     Only errors that hold nothing else tell feedback from dynamics that a model misses.
@@ -386,7 +420,7 @@ def _in_closed_loop(
 
 def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     """Refuse a plant that no process model serves, with the true cause."""
-    process, rival = run.verdicts.get("P1D"), run.rival
+    process, rival = run.verdicts.get(run.process or ""), run.rival
     if process is not None and process.fit >= limits.V01:
         return
     known = run.verdicts[rival].fit if rival is not None else 0.0
@@ -399,7 +433,7 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     if rival is not None and known >= least:
         raise _other_plant(run, rival, limits)
     if process is not None and any(note.code == "X04" for note in process.notes):
-        check(val, run.fits["P1D"], limits=limits)
+        check(val, run.fits[run.process or "P1D"], limits=limits)
 
 
 def _other_plant(run: Run, rival: str, limits: Limits) -> PlantuneError:
@@ -440,26 +474,28 @@ def _raise_cause(est: Record, rec: Record, limits: Limits, *, but: str) -> None:
 
 def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
     """Fit the process model to all rows, and widen it by what the judge says."""
-    fit = process(run.record, "P1D", limits=limits) if refit else run.fits["P1D"]
+    name = run.process or "P1D"
+    fit = process(run.record, name, limits=limits) if refit else run.fits[name]
     rival, judge, feedback = run.rival, None, None
     if rival is not None:
         judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)
-    delay = (float(fit.theta[2]), float(fit.sd[2]), run.record.Ts)
+    at = fit.names.index("L")
+    delay = (float(fit.theta[at]), float(fit.sd[at]), run.record.Ts)
     if closed_loop and rival == run.trusted and noise_holds(run.fits[rival], run.verdicts[rival]):
         known = again(run.fits[rival], run.record, limits) if refit else run.fits[rival]
         feedback = ((fit.model, flat(fit)), (known.model, flat(known)))
-    factor, found = _core.judge(run.verdicts["P1D"], delay, judge, feedback, limits)
-    notes = notes_from_core(found)
-    P, sd = _core.widened(flat(fit), len(fit.theta), factor)
-    return replace(fit, P=P.reshape(fit.P.shape), sd=sd, notes=(*fit.notes, *notes))
+    factor, found = _core.judge(run.verdicts[name], delay, judge, feedback, limits)
+    fit = widened(fit, factor)
+    return replace(fit, notes=(*fit.notes, *notes_from_core(found)))
 
 
 def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
     """Tune by IMC-PI, which is recommended, and set the other rules beside it."""
     recommended = partial(imc_pi, gain_margin=gain_margin)
+    others = DEFAULT_RULES if run.process == "P1D" else HIGHER_ORDER
     comparison = compare_rules(
         run.chosen,
-        (recommended, *DEFAULT_RULES[1:], partial(optimal, Ms=_MS)),
+        (recommended, *others[1:], partial(optimal, Ms=_MS)),
         delay_at_least=run.record.Ts,
         limits=limits,
     )

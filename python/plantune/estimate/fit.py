@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -344,6 +344,19 @@ class Fit:
 def flat(fit: Fit) -> Floats:
     """Return the covariance as the core reads it."""
     return fit.flat_P
+
+
+def widened(fit: Fit, factor: float) -> Fit:
+    """Return the fit with standard deviations and intervals `factor` times as wide."""
+    P, sd = _core.widened(flat(fit), len(fit.theta), factor)
+    intervals = {name: stretched(fit, name, factor) for name in fit.intervals}
+    return replace(fit, P=P.reshape(fit.P.shape), sd=sd, intervals=intervals)
+
+
+def stretched(fit: Fit, name: str, factor: float) -> tuple[float, float]:
+    """Return the interval of a parameter with both ends `factor` times as far from it."""
+    x = float(fit.theta[fit.names.index(name)])
+    return _core.stretched(fit.intervals[name], x, factor)
 
 
 class KnownProcess(NamedTuple):

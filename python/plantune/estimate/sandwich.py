@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from plantune import _core
-from plantune.estimate.fit import Fit, known_process, refit_arguments
+from plantune.estimate.fit import Fit, known_process, refit_arguments, stretched
 from plantune.notes import DEFAULT_LIMITS, Limits, notes_from_core
-from plantune.record import Floats, Record
+from plantune.record import Record
 
 
 def sandwich(rec: Record, fit: Fit, *, limits: Limits | None = None) -> Fit:
@@ -65,12 +65,7 @@ def sandwich(rec: Record, fit: Fit, *, limits: Limits | None = None) -> Fit:
         P, sd, note = _core.sandwich(rec, *refit_arguments(rec, fit), limits)
         return replace(fit, P=P, sd=sd, notes=(*fit.notes, *notes_from_core([note])))
     P, sd, factors, note = _core.process_sandwich(rec, known, fit.flat_P, limits)
-    intervals = {name: _wider(fit, name, factors) for name in fit.intervals}
+    wider = dict(zip(fit.names, factors, strict=False))  # the offset's is the last
+    intervals = {name: stretched(fit, name, float(wider[name])) for name in fit.intervals}
     notes = (*fit.notes, *notes_from_core([note]))
     return replace(fit, P=P, sd=sd, intervals=intervals, notes=notes)
-
-
-def _wider(fit: Fit, name: str, factors: Floats) -> tuple[float, float]:
-    """Return an interval with both ends further from the estimate."""
-    i = fit.names.index(name)
-    return _core.stretched(fit.intervals[name], float(fit.theta[i]), float(factors[i]))

@@ -44,9 +44,7 @@ class ClosedLoop:
         return "\n".join([f"{word}: p = {p}", *(f"  {note}" for note in self.notes)])
 
 
-def closed_loop(
-    rec: Record, *, direct: bool = False, limits: Limits | None = None
-) -> ClosedLoop:
+def closed_loop(rec: Record, *, direct: bool = False, limits: Limits | None = None) -> ClosedLoop:
     """Test whether an input answers the errors of the output.
 
     Parameters

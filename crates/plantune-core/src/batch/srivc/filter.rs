@@ -8,6 +8,9 @@
 use super::HIGHEST;
 use crate::linalg::exponential;
 
+/// What is left of a unit that has died out.
+const DEAD: f64 = 1e-30;
+
 /// The state `z^(n-1) … z`, as far as the order goes.
 type State = [f64; HIGHEST];
 
@@ -31,7 +34,7 @@ impl<'a> Filter<'a> {
 
     /// `z … z^(n)` of `z = v / A` from rest, `(N, n+1)`; `v` linear between samples.
     pub(super) fn linear(&self, v: &[f64]) -> Vec<f64> {
-        let mut x = [0.0; HIGHEST];
+        let mut x: State = [0.0; HIGHEST];
         let mut rows = Vec::with_capacity(v.len() * (self.a.len() + 1));
         for k in 0..v.len() {
             if k > 0 {
@@ -51,7 +54,7 @@ impl<'a> Filter<'a> {
         let newer: Vec<f64> = over(self.a, f).chunks(n + 2).take(n).map(|row| row[n]).collect();
         let at = |k: usize, lag: usize| v[k.saturating_sub(lag)];
         let m = m as usize;
-        let mut x = [0.0; HIGHEST];
+        let mut x: State = [0.0; HIGHEST];
         let mut rows = Vec::with_capacity(v.len() * (n + 1));
         for k in 0..v.len() {
             if k > 0 {
@@ -63,14 +66,17 @@ impl<'a> Filter<'a> {
         rows
     }
 
-    /// `z` from each unit state, `(N, n)`.
+    /// `z` from each unit state, `(N, n)`; nothing once it has died out, for numbers near zero are slow.
     pub(super) fn free(&self, N: usize) -> Vec<f64> {
         let n = self.a.len();
         let mut rows = vec![0.0; N * n];
         for j in 0..n {
-            let mut x = [0.0; HIGHEST];
+            let mut x: State = [0.0; HIGHEST];
             x[j] = 1.0;
             for k in 0..N {
+                if x.iter().all(|x| x.abs() < DEAD) {
+                    break;
+                }
                 rows[k * n + j] = x[n - 1];
                 x = self.next(x, |_| 0.0);
             }
