@@ -71,7 +71,7 @@ class Run:
     >>> import plantune as pt
     >>> run = pt.job.run(pt.datasets.hair_dryer())
     >>> run.findings["delay"].nk, {name: round(v.fit) for name, v in run.verdicts.items()}
-    (3, {'ARX': 85, 'OE': 92, 'ARMAX': 86, 'P1D': 82, 'P2D': 92})
+    (3, {'ARX': 85, 'OE': 92, 'ARMAX': 86, 'P1D': 82, 'P2D': 86})
     >>> run.trusted, run.tunings[0].rule
     ('OE', 'IMC-PI, gain_margin = 3')
     """
@@ -97,7 +97,7 @@ class Run:
         --------
         >>> import plantune as pt
         >>> pt.job.run(pt.datasets.hair_dryer()).relied
-        ('P2D',)
+        ('OE', 'P2D')
         """
         return tuple(dict.fromkeys((self.trusted, self.chosen.method)))
 

@@ -48,7 +48,7 @@ def second_lag(
     >>> first, rival = (pt.validate.check(val, fit) for fit in fits)
     >>> fit, found, note = second_lag(est, val, fits[0], first, rival.fit, pt.Limits())
     >>> note.code, round(found.fit - first.fit)
-    ('V15', 9)
+    ('V15', 3)
     """
     follows = any(note.code == "V02" for note in verdict.notes)
     if not follows and known - verdict.fit <= limits.V10:
