@@ -202,7 +202,7 @@ def check(
         offset = "estimate" if _core.has_no_level(rec, limits) else "fit"
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
-    model: Any = fit.model if isinstance(fit, Fit) else fit
+    model = _judged_model(fit)
     i = _which(rec, model, output)
     extra = {
         "name": fit.method if isinstance(fit, Fit) else type(model).__name__,
@@ -233,6 +233,17 @@ def check(
         white = all(note["code"] != "M08" for note in d["notes"])
         further = (*against(rec, fit, white=white, limits=limits), *further)
     return _verdict(d, rec, i, extra, further)
+
+
+def _judged_model(fit: Any) -> Any:
+    """Return the model whose errors count: that with the noise model where one was fitted.
+
+    The offset of an integrating process model is a drift, which its samples do not know.
+    """
+    if not isinstance(fit, Fit):
+        return fit
+    drifts = any(plant.integrating for plant in fit.plants)
+    return fit.model if drifts else fit.sampled or fit.model
 
 
 def _which(rec: Record, model: Any, output: str | None) -> int:

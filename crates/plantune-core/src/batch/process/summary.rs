@@ -6,8 +6,8 @@ use super::super::sampling::sampling;
 use super::RANK_TOLERANCE;
 use super::problem::{DRIFT_ROWS, Linear, Point, Problem, Stretch};
 use super::profile::Interval;
-use crate::error::Result;
-use crate::linalg::{Solution, congruence, solve};
+use crate::error::{Error, Result};
+use crate::linalg::{RankDeficient, Solution, congruence, solve};
 use crate::model::{Model, PolyModel, ProcessModel, sampled};
 use crate::note::{Note, Place, rounded};
 
@@ -27,7 +27,7 @@ impl Problem<'_, '_> {
         let doubt = self.check_sampling(best, &plants, rss, N - parameters)?;
         let every: Vec<usize> = self.told_apart();
         let solution =
-            solve(&all, &every, self.parameters(), RANK_TOLERANCE).map_err(|_| self.no_relation(1.0))?;
+            solve(&all, &every, self.parameters(), RANK_TOLERANCE).map_err(|e| self.too_large(&e))?;
         let s2 = rss / (N - parameters) as f64;
         let mut P = self.covariance(&solution, &every, s2, best, &linear);
         let theta: Vec<f64> = plants.iter().zip(&self.codes).flat_map(|(p, c)| c.theta(p)).collect();
@@ -57,6 +57,18 @@ impl Problem<'_, '_> {
             sampled,
         }
         .finite()
+    }
+
+    /// X10: parameters that the data do not tell apart, such as a lag that is none.
+    fn too_large(&self, refusal: &RankDeficient) -> Error {
+        if self.codes.iter().all(|code| code.states() < 2) {
+            return self.no_relation(1.0);
+        }
+        Error::new("X10", "the structure is too large: a smaller one fits as well")
+            .at(Place::column(self.rec.input_name(0)))
+            .count(refusal.dependent.len())
+            .measured(refusal.ratio, RANK_TOLERANCE)
+            .remedy("ask for a lag or a zero less")
     }
 
     /// All inputs and the noise as one difference equation; not needed for one input with white noise.
