@@ -18,7 +18,7 @@ from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_cor
 from plantune.record import Record
 from plantune.simulate import Response
 from plantune.text import column
-from plantune.tune import Comparison, Tuning, imc_pi, optimal
+from plantune.tune import Comparison, Tuning, imc_pi, imc_pid, optimal
 from plantune.tune import compare as compare_rules
 from plantune.tune.compare import DEFAULT_RULES, HIGHER_ORDER
 from plantune.validate import Verdict, check, closed_loop, compare, trust
@@ -202,11 +202,10 @@ def run(
     A record that `analyze.health` finds wrong is refused.  The delay is scanned; ARX, OE,
     ARMAX and P1D are fitted on the first half and judged on the second, and P2D as well where the
     data ask for a second lag (V15); a note says which is trusted and why, by the rule of
-    `validate.trust`.  The process model is fitted again on all rows and tuned by IMC-PI (of two
-    lags on what the half rule leaves), beside which other rules are compared.  The trusted
-    polynomial model, or else the one of the best simulation, is the judge: where it simulates
-    clearly better, or needs another delay, the process model's intervals are widened and a note
-    says so; in closed loop also where feedback moved its gain or time constant (V11).  A plant that
+    `validate.trust`.  The process model is fitted again on all rows and tuned by IMC-PI (on two
+    lags by the half rule), beside which other rules are compared.  The trusted polynomial model, or
+    else the one of the best simulation, is the judge: where it simulates clearly better, or needs
+    another delay, the process model's intervals are widened and a note says so; in closed loop also where feedback moved its gain or time constant (V11).  A plant that
     changed within the record is named with the time of the change (M07).
 
     Parameters
@@ -294,7 +293,7 @@ def _job(
     judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
     verdicts = {row.name: row for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
-    in_loop = _in_closed_loop(rec, own, scan.nk, limits)
+    in_loop = _in_closed_loop(rec, scan.nk, limits)
     lags: tuple[Note, ...] = ()
     if not in_loop:  # there a richer model simulates better for its bias
         fits, own, lags = _with_second_lag(est, val, fits, own, limits)
@@ -407,15 +406,9 @@ def _without(verdict: Verdict, changes: tuple[Note, ...]) -> Verdict:
     return replace(verdict, notes=kept)
 
 
-def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict], nk: int, limits: Limits) -> bool:
-    """Whether there is a set point, feedback is seen, or u follows errors of the best predictor.
-
-    Only errors that hold nothing else tell feedback from dynamics that a model misses.
-    """
-    if rec.r is not None or closed_loop(rec, direct=nk == 0, limits=limits):
-        return True
-    best = min(verdicts.values(), key=lambda verdict: verdict.loss)
-    return best.feedback and all(note.code not in ("M08", "V02") for note in best.notes)
+def _in_closed_loop(rec: Record, nk: int, limits: Limits) -> bool:
+    """Whether there is a set point, or the input follows errors of the output."""
+    return rec.r is not None or bool(closed_loop(rec, direct=nk == 0, limits=limits))
 
 
 def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
@@ -491,11 +484,14 @@ def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
 
 def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
     """Tune by IMC-PI, which is recommended, and set the other rules beside it."""
-    recommended = partial(imc_pi, gain_margin=gain_margin)
-    others = DEFAULT_RULES if run.process == "P1D" else HIGHER_ORDER
+    if run.process == "P1D":
+        rules = (partial(imc_pi, gain_margin=gain_margin), *DEFAULT_RULES[1:])
+    else:
+        wish = {"gain_margin": gain_margin}
+        rules = (partial(_on_two_lags, **wish), partial(imc_pid, **wish, N=10), *HIGHER_ORDER[2:])
     comparison = compare_rules(
         run.chosen,
-        (recommended, *others[1:], partial(optimal, Ms=_MS)),
+        (*rules, partial(optimal, Ms=_MS)),
         delay_at_least=run.record.Ts,
         limits=limits,
     )
@@ -505,3 +501,16 @@ def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
         tunings=tuple(row.tuning for row in comparison.rows),
         responses=tuple(row.set_point for row in comparison.rows),
     )
+
+
+def _on_two_lags(model: Fit, *, gain_margin: float, **more: Any) -> Tuning:
+    """IMC-PI with at least the gain margin asked for on the model, not on what the half rule leaves.
+
+    `Ti` is that of one lag, so the margin goes with `1/Kp`.  A larger one is kept: to spend it
+    would cost phase margin, of which two lags leave less.
+    """
+    found = imc_pi(model, gain_margin=gain_margin, **more)
+    if found.margins.gain >= gain_margin:
+        return found
+    wanted = gain_margin * gain_margin / found.margins.gain
+    return replace(imc_pi(model, gain_margin=wanted, **more), rule=found.rule)
