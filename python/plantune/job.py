@@ -23,7 +23,7 @@ from plantune.tune import compare as compare_rules
 from plantune.tune.compare import DEFAULT_RULES, HIGHER_ORDER
 from plantune.validate import Verdict, check, closed_loop, compare, trust
 from plantune.validate.second_lag import second_lag
-from plantune.validate.time_varying import ORDER, look
+from plantune.validate.time_varying import ORDER, look, sure
 from plantune.validate.trust import noise_holds
 
 # Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
@@ -154,11 +154,13 @@ class Run:
         >>> for note, origins in run.named_notes().items():
         ...     print(note.code, note.text[:34], origins)
         V10 OE is trusted: it simulates 495 ro ('run',)
+        V15 a second lag is needed: P2D simula ('run',)
         M08 OE: residuals are not white: 14 la ('OE judged',)
-        M08 P1D: residuals are not white: 11 l ('P1D judged',)
-        V02 P1D: residuals still follow power: ('P1D judged',)
-        V03 P1D: a polynomial model, OE, simul ('P1D for the settings',)
-        V05 P1D: standard deviations are widen ('P1D for the settings',)
+        M08 P2D: residuals are not white: 19 l ('P2D judged',)
+        V13 P2D: the level moved by 0.0982: wi ('P2D judged',)
+        V03 P2D: a polynomial model, OE, simul ('P2D for the settings',)
+        V05 P2D: standard deviations are widen ('P2D for the settings',)
+        T05 settings are those for G(s) = 0.93 ('IMC-PI, gain margin = 3',)
         """
         found: dict[Note, list[tuple[str, str]]] = {}
         for origin, model, part in self._parts():
@@ -205,8 +207,9 @@ def run(
     `validate.trust`.  The process model is fitted again on all rows and tuned by IMC-PI (on two
     lags by the half rule), beside which other rules are compared.  The trusted polynomial model, or
     else the one of the best simulation, is the judge: where it simulates clearly better, or needs
-    another delay, the process model's intervals are widened and a note says so; in closed loop also where feedback moved its gain or time constant (V11).  A plant that
-    changed within the record is named with the time of the change (M07).
+    another delay, the process model's intervals are widened and a note says so; in closed loop also
+    where feedback moved its gain or time constant (V11).  A plant that changed within the record is
+    named with the time of the change (M07).
 
     Parameters
     ----------
@@ -298,7 +301,8 @@ def _job(
     if not in_loop:  # there a richer model simulates better for its bias
         fits, own, lags = _with_second_lag(est, val, fits, own, limits)
     best = trust(fits, own, closed_loop=in_loop, limits=limits)
-    changes = _changes(rec, scan.nk, limits)
+    widening = min(verdict.widening for verdict in own.values())
+    changes = sure(look(rec, [scan.nk], ORDER, limits), widening)
     verdicts = {**own, **{name: verdicts[name] for name in earlier}}
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
@@ -392,12 +396,6 @@ def _with_second_lag(
         return dict(fits), dict(own), ()
     fit, verdict, note = found
     return {**fits, "P2D": fit}, {**own, "P2D": verdict}, (note,)
-
-
-def _changes(rec: Record, nk: int, limits: Limits) -> tuple[Note, ...]:
-    """M07 where the plant changed within the whole record."""
-    found = look(rec, [nk], ORDER, limits)
-    return found.notes if found else ()
 
 
 def _without(verdict: Verdict, changes: tuple[Note, ...]) -> Verdict:
@@ -504,7 +502,7 @@ def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
 
 
 def _on_two_lags(model: Fit, *, gain_margin: float, **more: Any) -> Tuning:
-    """IMC-PI with at least the gain margin asked for on the model, not on what the half rule leaves.
+    """IMC-PI with at least the gain margin asked for on the model itself.
 
     `Ti` is that of one lag, so the margin goes with `1/Kp`.  A larger one is kept: to spend it
     would cost phase margin, of which two lags leave less.

@@ -231,7 +231,8 @@ def check(
         raise
     if isinstance(fit, Fit):
         white = all(note["code"] != "M08" for note in d["notes"])
-        further = (*against(rec, fit, white=white, limits=limits), *further)
+        found = against(rec, fit, white=white, widening=d["widening"], limits=limits)
+        further = (*found, *further)
     return _verdict(d, rec, i, extra, further)
 
 

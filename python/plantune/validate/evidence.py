@@ -11,20 +11,23 @@ from plantune.models.convert import c2d
 from plantune.notes import Limits, Note, notes_from_core
 from plantune.record import Record
 from plantune.validate.closed_loop import closed_loop
-from plantune.validate.time_varying import ORDER, look
+from plantune.validate.time_varying import ORDER, look, sure
 
 
-def against(rec: Record, fit: Fit, *, white: bool, limits: Limits) -> tuple[Note, ...]:
+def against(
+    rec: Record, fit: Fit, *, white: bool, widening: float, limits: Limits
+) -> tuple[Note, ...]:
     """Return X09, M07 and V08 where a record of one output speaks against a linear fit.
 
-    `white` says whether the one-step errors of the fit may be white there.
+    `white` says whether the one-step errors of the fit may be white there, `widening` by how much
+    their colour widens standard deviations.
     """
     if not isinstance(fit.model, PolyModel | ProcessModel | TransferFunction) or rec.ny != 1:
         return ()
     noisy = _core.noisy_regressors(rec, fit.model, flat(fit), limits)
     return (
         *_feedback(rec, fit, white, limits),
-        *_change(rec, fit, limits),
+        *_change(rec, fit, widening, limits),
         *notes_from_core(noisy),
     )
 
@@ -53,12 +56,12 @@ def has_noise_model(fit: Fit) -> bool:
     return isinstance(model, PolyModel) and len(model.A) + len(model.C) + len(model.D) > 3
 
 
-def _change(rec: Record, fit: Fit, limits: Limits) -> tuple[Note, ...]:
+def _change(rec: Record, fit: Fit, widening: float, limits: Limits) -> tuple[Note, ...]:
     """M07 where an ARX of the delays of the fit changes; an integrator has no gain to change."""
     if any(plant.integrating for plant in fit.plants):
         return ()
     found = look(rec, _delays(rec, fit), ORDER, limits)
-    return found.notes if found else ()
+    return sure(found, widening)
 
 
 def _delays(rec: Record, fit: Fit) -> list[int]:

@@ -146,3 +146,12 @@ def look(rec: Record, nk: list[int], order: int, limits: Limits) -> TimeVarying 
     return TimeVarying(
         **{**d, "row": row}, time=time, notes=(note,) if changed else (), source=rec.source
     )
+
+
+def sure(found: TimeVarying | None, widening: float) -> tuple[Note, ...]:
+    """Return M07 where its statistic is beyond what colour of the errors makes of chance.
+
+    Colour widens deviations by `widening`, and a change makes errors coloured itself: so the limit
+    grows with it, not with its square.
+    """
+    return found.notes if found is not None and found.statistic > found.limit * widening else ()
