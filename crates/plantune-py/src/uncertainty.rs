@@ -228,8 +228,8 @@ fn process_sandwich<'py>(
     let limits = Limits::from(limits);
     let record = rec.view(&limits)?;
     let P = P.as_slice().map_err(PyErr::from)?;
-    let found =
-        known.with(|codes, known| py.detach(|| batch::process_sandwich(&record, codes, known, P, &limits)))?;
+    let found = known
+        .with(|codes, known| py.detach(|| batch::process_sandwich(&record, codes, known, P, &limits)))?;
     let width = found.P.len().isqrt();
     let sd = array(py, standard_deviations(&found.P, width - usize::from(known.offset)));
     let note = NoteOut::from(&found.note());

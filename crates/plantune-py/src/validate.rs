@@ -146,12 +146,7 @@ fn noisy_regressors(
 
 /// p-value of "no error of y moves the input", one per input.
 #[pyfunction]
-fn p_of_feedback(
-    py: Python<'_>,
-    rec: RecordIn<'_>,
-    direct: bool,
-    limits: LimitsIn,
-) -> Outcome<Vec<f64>> {
+fn p_of_feedback(py: Python<'_>, rec: RecordIn<'_>, direct: bool, limits: LimitsIn) -> Outcome<Vec<f64>> {
     let record = rec.view(&limits.into())?;
     Ok(py.detach(|| (0..record.nu).map(|i| validate::p_of_feedback(&record, i, direct)).collect()))
 }

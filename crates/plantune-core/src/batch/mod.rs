@@ -24,9 +24,7 @@ mod term_arx;
 
 pub use arx::arx;
 pub use bootstrap::{Bootstrap, BootstrapOptions, bootstrap, spread};
-pub use fit::{
-    Fit, Status, WIDTH, criteria, normal_interval, standard_deviations, stretched, widened,
-};
+pub use fit::{Fit, Status, WIDTH, criteria, normal_interval, standard_deviations, stretched, widened};
 pub use huber::{Huber, huber};
 pub use iv4::iv4;
 pub use least_squares::{LinearFit, least_squares};

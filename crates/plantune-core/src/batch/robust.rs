@@ -81,10 +81,7 @@ struct Reweighted {
     s: f64,
 }
 
-fn reweighted(
-    rec: &Record,
-    estimate: impl Fn(&Record) -> Result<(Fit, Scores)>,
-) -> Result<Reweighted> {
+fn reweighted(rec: &Record, estimate: impl Fn(&Record) -> Result<(Fit, Scores)>) -> Result<Reweighted> {
     let mut weights = vec![1.0; rec.N()];
     let mut last: Option<Vec<f64>> = None;
     let mut rounds = 0;

@@ -46,7 +46,8 @@ pub fn noisy_regressors(
         return Ok(None);
     }
     let own = simulated(&Model::Poly(model.clone()), rec)?;
-    let rivals = (orders.na.saturating_sub(1).max(1)..=orders.na).filter_map(|n| output_errors(&orders, n, rec, limits));
+    let rivals = (orders.na.saturating_sub(1).max(1)..=orders.na)
+        .filter_map(|n| output_errors(&orders, n, rec, limits));
     let least = rivals.fold(f64::INFINITY, f64::min);
     let ratio = own / least;
     Ok((ratio > BETTER).then(|| {
@@ -54,9 +55,9 @@ pub fn noisy_regressors(
             "errors in variables: least squares takes noise of the output as a regressor, and simulates \
              with {ratio:.2} times the squared error of an output-error model"
         );
-        Note::warning("V08", text).measured(ratio, BETTER).remedy(
-            "fit OE, BJ or iv4, with nk of at least 1; or filter u and y alike, never y alone",
-        )
+        Note::warning("V08", text)
+            .measured(ratio, BETTER)
+            .remedy("fit OE, BJ or iv4, with nk of at least 1; or filter u and y alike, never y alone")
     }))
 }
 

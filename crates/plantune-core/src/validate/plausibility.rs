@@ -28,12 +28,7 @@ pub(super) struct Root {
 /// Doubts about the roots of a model; `P` is the covariance of its parameters, and possibly more, row-major.
 ///
 /// Of several inputs the one concerned is named, by its number where `inputs` has no name for it.
-pub fn plausible(
-    model: &Model,
-    P: Option<&[f64]>,
-    inputs: &[String],
-    limits: &Limits,
-) -> Result<Vec<Note>> {
+pub fn plausible(model: &Model, P: Option<&[f64]>, inputs: &[String], limits: &Limits) -> Result<Vec<Note>> {
     let Model::Poly(model) = model else {
         return Ok(Vec::new());
     };

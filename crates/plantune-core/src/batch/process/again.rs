@@ -104,11 +104,7 @@ pub fn process_bootstrap(
 }
 
 fn options_of(known: &Known) -> ProcessOptions {
-    ProcessOptions {
-        offset: known.offset,
-        L: None,
-        noise: (known.noise.0.len(), known.noise.1.len()),
-    }
+    ProcessOptions { offset: known.offset, L: None, noise: (known.noise.0.len(), known.noise.1.len()) }
 }
 
 /// The problem and the point of a fit: those that leave its rows and its loss.

@@ -20,12 +20,12 @@ impl Problem<'_, '_> {
         let (verb, these) = if rec.nu > 1 { ("explain", "these") } else { ("explains", "these two") };
         let (inputs, output) = (listed(&rec.names[..rec.nu]), &rec.names[rec.nu]);
         Error::new("X04", format!("no relation: {inputs} {verb} nothing of {output} beyond chance"))
-        .at(Place::column(&rec.names[rec.nu]))
-        .count(rec.N())
-        .measured(p, self.limits.X04)
-        .remedy(format!(
-            "check that {these} columns belong together; record with larger steps of the input"
-        ))
+            .at(Place::column(&rec.names[rec.nu]))
+            .count(rec.N())
+            .measured(p, self.limits.X04)
+            .remedy(format!(
+                "check that {these} columns belong together; record with larger steps of the input"
+            ))
     }
 
     /// Refuses a model that explains no more than the best of as many random inputs would (X04).
