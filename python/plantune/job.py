@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -482,11 +482,12 @@ def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
 
 def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
     """Tune by IMC-PI, which is recommended, and set the other rules beside it."""
+    rules: tuple[Callable[..., Tuning], ...]
     if run.process == "P1D":
         rules = (partial(imc_pi, gain_margin=gain_margin), *DEFAULT_RULES[1:])
     else:
-        wish = {"gain_margin": gain_margin}
-        rules = (partial(_on_two_lags, **wish), partial(imc_pid, **wish, N=10), *HIGHER_ORDER[2:])
+        first = partial(_on_two_lags, gain_margin=gain_margin)
+        rules = (first, partial(imc_pid, gain_margin=gain_margin, N=10), *HIGHER_ORDER[2:])
     comparison = compare_rules(
         run.chosen,
         (*rules, partial(optimal, Ms=_MS)),

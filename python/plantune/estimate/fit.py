@@ -376,8 +376,11 @@ def known_process(rec: Record, fit: Fit) -> KnownProcess | None:
     if not fit.plants:
         return None
     _need_own_record(rec, fit)
-    free = [[], []] if fit.sampled is None else [fit.sampled.C[1:], fit.sampled.D[1:]]
-    c, d = ([float(x) for x in own] for own in free)
+    c, d = (
+        ([], [])
+        if fit.sampled is None
+        else (fit.sampled.C[1:].tolist(), fit.sampled.D[1:].tolist())
+    )
     has_offset = len(fit.P) > len(fit.theta)
     return KnownProcess(fit.method.split(), fit.plants, c, d, fit.N, fit.loss, has_offset)
 

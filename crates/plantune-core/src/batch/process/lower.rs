@@ -14,7 +14,7 @@ const SHORT: [f64; 2] = [0.02, 0.5];
 
 impl Problem<'_, '_> {
     /// Points to search from that the smaller structure gives; none where there is no smaller one.
-    pub(super) fn from_lower(&self) -> Vec<Vec<f64>> {
+    pub(super) fn smaller_starts(&self) -> Vec<Vec<f64>> {
         let lower: Vec<Code> = self.codes.iter().map(Code::lower).collect();
         if lower == self.codes {
             return Vec::new();

@@ -85,7 +85,7 @@ fn located<'r, 'a>(
             return Err(too_poor(rec, i, supported, LEAST_EXCITATION, limits));
         }
     }
-    let unrelated = |p: &Problem| p.no_relation(1.0);
+    let unrelated = |p: &Problem| p.unrelated(1.0);
     let mut best = problem.minimum().ok_or_else(|| unrelated(&problem))?;
     if problem.contradicts_rest(&best) {
         problem = problem.without_rest();

@@ -73,7 +73,7 @@ impl Problem<'_, '_> {
         sum
     }
 
-    fn unrelated(&self, p: f64) -> Error {
+    pub(super) fn unrelated(&self, p: f64) -> Error {
         let first = (self.limits.X05 * self.rec.N() as f64) as usize;
         let late = (0..self.rec.nu).find_map(|i| Some((i, follows_later(self.rec, i, first)?)));
         match late {

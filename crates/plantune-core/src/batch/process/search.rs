@@ -34,7 +34,7 @@ impl Stop {
 impl Problem<'_, '_> {
     /// The best minimum found from any start.
     pub(super) fn minimum(&self) -> Option<Point> {
-        let starts = self.starts().into_iter().chain(self.from_lower());
+        let starts = self.starts().into_iter().chain(self.smaller_starts());
         let minima: Vec<Point> = starts.filter_map(|x| self.search(x)).collect();
         let best = self.best(&minima)?;
         // On its way down in delay a search gives away rows that its end does not need.

@@ -62,7 +62,7 @@ impl Problem<'_, '_> {
     /// X10: parameters that the data do not tell apart, such as a lag that is none.
     fn too_large(&self, refusal: &RankDeficient) -> Error {
         if self.codes.iter().all(|code| code.states() < 2) {
-            return self.no_relation(1.0);
+            return self.unrelated(1.0);
         }
         Error::new("X10", "the structure is too large: a smaller one fits as well")
             .at(Place::column(self.rec.input_name(0)))
