@@ -249,7 +249,8 @@ def test_refusals_speak_of_all_inputs():
     with pytest.raises(pt.NotIdentifiable, match="heat and flow explain nothing of temp") as caught:
         pt.estimate.process(unrelated, "P1D")
     assert caught.value.code == "X04"
-    late = np.concatenate([np.zeros(300), u[:-300, 1]]) + 0.02 * rng.normal(size=600)
+    before = rng.choice([-1.0, 1.0], 60).repeat(5)
+    late = np.concatenate([before, u[:-300, 1]]) + 0.02 * rng.normal(size=600)
     with pytest.raises(pt.NotIdentifiable, match="follows flow only") as caught:
         pt.estimate.process(pt.Record(u=u, y=late, Ts=1.0, **names), "P1D")
     assert (caught.value.code, caught.value.where[0]) == ("X05", "flow")

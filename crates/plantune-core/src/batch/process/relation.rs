@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::linalg::{Triangle, dot, residual_norm2};
 use crate::model::{ProcessModel, sampled};
 use crate::note::{Place, listed};
-use crate::relation::{beyond, chance, follows_later};
+use crate::relation::{beyond, chance, follows_some_later};
 use crate::stats::f_tail;
 
 /// p-value below which errors clearly follow the input.
@@ -75,8 +75,7 @@ impl Problem<'_, '_> {
 
     pub(super) fn unrelated(&self, p: f64) -> Error {
         let first = (self.limits.X05 * self.rec.N() as f64) as usize;
-        let late = (0..self.rec.nu).find_map(|i| Some((i, follows_later(self.rec, i, first)?)));
-        match late {
+        match follows_some_later(self.rec, first) {
             Some((i, lag)) => beyond(self.rec, i, lag, self.limits),
             None => self.no_relation(p),
         }
