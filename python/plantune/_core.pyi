@@ -148,7 +148,7 @@ class Butterworth:
 
 # --- models ------------------------------------------------------------------------------------
 
-def simulate(model: Model, u: Floats, Ts: float, x0: float) -> Floats:
+def simulate(model: Model, u: Floats, Ts: float, x0: float, offset: float) -> Floats:
     """Output (N,) for the input `u` (N, nu), which is zero before row 0."""
 
 def freqresp(model: Model, input: int, w: Floats) -> Complexes:
@@ -436,6 +436,7 @@ def process(
     noise: str | tuple[int, int],
     offset: bool,
     L: Interval | None,
+    robust: bool,
     limits: Limits,
 ) -> Fields:
     """Fields of `Fit` but `method source Ts`; `L` bounds the delay."""
@@ -481,6 +482,19 @@ def bootstrap(
 ) -> Fields:
     """`estimates` (runs, m), `low`, `high`, `block`, and their spread `P`, `sd`."""
 
+def process_sandwich(
+    rec: Record, known: object, P: Floats, limits: Limits
+) -> tuple[Floats, Floats, Floats, Fields]:
+    """Covariance, deviations of `theta`, factors by which all grew, and a note; `P` is flat.
+
+    `known` has `codes plants c d N loss offset` of a process fit.
+    """
+
+def process_bootstrap(
+    rec: Record, known: object, options: tuple[int, int | None, int], limits: Limits
+) -> Fields:
+    """Fields as of `bootstrap`; `options` are runs, block, seed."""
+
 def sign_perturbed_sums(
     phi: Floats, y: Floats, sizes: tuple[int, int], seed: int
 ) -> tuple[Floats, Floats, float]:
@@ -490,6 +504,16 @@ def sps_contains(
     phi: Floats, y: Floats, thetas: list[list[float]], sizes: tuple[int, int], seed: int
 ) -> list[bool]:
     """Which of `thetas` are inside the region."""
+
+def sps_arx_box(
+    rec: Record,
+    model: PolyModel,
+    offset: float | None,
+    sizes: tuple[int, int],
+    seed: int,
+    limits: Limits,
+) -> tuple[Floats, Floats, Floats]:
+    """Estimate with the constant last, and the ends of the region along each entry."""
 
 def sps_arx_contains(
     rec: Record,
@@ -525,6 +549,12 @@ def step_modes(
     limits: Limits,
 ) -> Fields:
     """Fields of `StepModes` but `source`; without an order the data choose it."""
+
+def normal_interval(x: float, sd: float) -> tuple[float, float]:
+    """Return the 95 % interval of a normal law."""
+
+def stretched(interval: tuple[float, float], x: float, factor: float) -> tuple[float, float]:
+    """Return an interval around `x` with both ends `factor` times as far."""
 
 def widened(P: Floats, n: int, factor: float) -> tuple[Floats, Floats]:
     """Covariance (flat) and the first `n` standard deviations, `factor` times as wide."""
@@ -889,15 +919,20 @@ def check(
 ) -> Fields:
     """Fields of `Verdict` that are computed; an X04 carries them in `.result`."""
 
-def plausible(model: Model, P: Floats | None, limits: Limits) -> list[Fields]:
-    """Return notes on poles and zeros; `P` is flat."""
+def plausible(
+    model: Model, P: Floats | None, inputs: Sequence[str], limits: Limits
+) -> list[Fields]:
+    """Return notes on poles and zeros; `P` is flat, `inputs` are names of several inputs."""
 
 def expected(
     all: Sequence[tuple[str, float, float, float]], columns: bool, limits: Limits
 ) -> list[Fields]:
     """Return N03 of each `(name, found, low, high)` that lies far outside of its range."""
 
-def p_of_feedback(rec: Record, limits: Limits) -> list[float]:
+def noisy_regressors(rec: Record, model: Model, P: Floats, limits: Limits) -> list[Fields]:
+    """Return V08 where an ARX model shows errors in variables on a record; `P` is flat."""
+
+def p_of_feedback(rec: Record, direct: bool, limits: Limits) -> list[float]:
     """Chance that an open loop looks as closed as this, per input."""
 
 def time_varying(rec: Record, nk: Sequence[int], order: int, limits: Limits) -> Fields | None:

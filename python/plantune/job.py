@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Literal
@@ -12,7 +12,7 @@ from plantune.analyze import DelayScan, Health, delay, health
 from plantune.errors import NotIdentifiable, PlantuneError, from_note, refusal
 from plantune.estimate import Fit, candidates, process
 from plantune.estimate.candidates import again, is_sound
-from plantune.estimate.fit import flat
+from plantune.estimate.fit import flat, widened
 from plantune.models import PolyModel, ProcessModel
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, note_of, notes_from_core
 from plantune.prep import exclude
@@ -20,11 +20,13 @@ from plantune.prep.exclude import Ends
 from plantune.record import Record
 from plantune.simulate import Response
 from plantune.text import column
-from plantune.tune import Comparison, Tuning, imc_pi, optimal
+from plantune.tune import Comparison, Tuning, imc_pi, imc_pid, optimal
 from plantune.tune import compare as compare_rules
-from plantune.tune.compare import DEFAULT_RULES
-from plantune.validate import Verdict, check, compare, plausible, trust
+from plantune.tune.compare import DEFAULT_RULES, HIGHER_ORDER
+from plantune.validate import Verdict, check, closed_loop, compare, plausible, trust
 from plantune.validate.expected import Range, expected_columns
+from plantune.validate.second_lag import second_lag
+from plantune.validate.time_varying import ORDER, look, sure
 from plantune.validate.trust import noise_holds
 
 # Largest sensitivity of the optimum, on 95 % of the models that the record leaves open.
@@ -33,6 +35,9 @@ _MS = 1.6
 # Share of a response below which it is a ramp, and deviations from which on a slope is sure.
 _RAMP = 0.1
 _SURE = 5.0
+
+# Process models, the larger one last.
+_PROCESS = ("P1D", "P2D")
 
 # Rows below which a half cannot carry the smallest models.
 _LEAST_ROWS = 24
@@ -51,8 +56,9 @@ class Run:
     findings : mapping
         `health`: what is wrong with the record; `delay`: the delay scan.
     fits, verdicts : mapping
-        `ARX`, `OE`, `ARMAX` and `P1D` as far as the record supports them, fitted on one part of it
-        and judged on the other; models that were given are among the verdicts.
+        `ARX`, `OE`, `ARMAX` and `P1D` as far as the record supports them, and `P2D` where a second
+        lag is needed, fitted on one part of it and judged on the other; models that were given are
+        among the verdicts.
     trusted : str
         Name of the fit to trust; the note V10 says why.
     chosen : Fit
@@ -92,7 +98,7 @@ class Run:
 
     @property
     def relied(self) -> tuple[str, ...]:
-        """Names of the models that the outcome relies on: the trusted one, and P1D for tunings.
+        """Names of the models relied on: the trusted one, and the process model for tunings.
 
         Examples
         --------
@@ -103,8 +109,20 @@ class Run:
         return tuple(dict.fromkeys((self.trusted, self.chosen.method)))
 
     @property
+    def process(self) -> str | None:
+        """Name of the process model that is tuned on, `P2D` or `P1D`; None where none is known.
+
+        Examples
+        --------
+        >>> import plantune as pt
+        >>> pt.job.run(pt.datasets.hair_dryer()).process
+        'P2D'
+        """
+        return next((name for name in reversed(_PROCESS) if name in self.fits), None)
+
+    @property
     def rival(self) -> str | None:
-        """Name of the polynomial model that judges P1D: the trusted one, or the best simulation.
+        """Name of the polynomial model that judges it: the trusted one, or the best simulation.
 
         Examples
         --------
@@ -112,7 +130,7 @@ class Run:
         >>> pt.job.run(pt.datasets.hair_dryer()).rival
         'ARX'
         """
-        names = [name for name in self.fits if name != "P1D"]
+        names = [name for name in self.fits if name not in _PROCESS]
         if self.trusted in names:
             return self.trusted
         sound = [n for n in names if is_sound(self.fits[n]) and not _is_unstable(self.verdicts[n])]
@@ -191,12 +209,14 @@ def run(
 
     A record that `analyze.health` finds wrong is refused; rows on which an output is stuck, or the
     input lies at a known limit, are left out, with a note (`prep.exclude`).  The delay is scanned;
-    ARX, OE, ARMAX and a process model are fitted on the first half and judged on the second, and
-    a note says which is trusted and why, by the rule of `validate.trust`.  The process model is
-    fitted again on all rows and tuned by IMC-PI, beside which other rules are compared.  The
-    trusted polynomial model, or else the one of the best simulation, is the judge: where it
-    simulates clearly better, or needs another delay, the process model's intervals are widened and
-    a note says so; in closed loop also where feedback moved its gain or time constant (V11).
+    ARX, OE, ARMAX and P1D are fitted on the first half and judged on the second, and P2D as well
+    where the data ask for a second lag (V15); a note says which is trusted and why, by the rule of
+    `validate.trust`.  The process model is fitted again on all rows and tuned by IMC-PI (on two
+    lags by the half rule), beside which other rules are compared.  The trusted polynomial model, or
+    else the one of the best simulation, is the judge: where it simulates clearly better, or needs
+    another delay, the process model's intervals are widened and a note says so; in closed loop also
+    where feedback moved its gain or time constant (V11).  A plant that changed within the record is
+    named with the time of the change (M07).
 
     Parameters
     ----------
@@ -306,24 +326,30 @@ def _job(
     judged = compare(val, *fits.values(), *earlier.values(), names=[*fits, *earlier], limits=limits)
     verdicts = {row.name: row for row in judged.rows}
     own = {name: verdicts[name] for name in fits}
-    closed_loop = _in_closed_loop(rec, own)
-    best = trust(fits, own, closed_loop=closed_loop, limits=limits)
+    in_loop = _in_closed_loop(rec, scan.nk, limits)
+    lags: tuple[Note, ...] = ()
+    if not in_loop:  # there a richer model simulates better for its bias
+        fits, own, lags = _with_second_lag(est, val, fits, own, limits)
+    best = trust(fits, own, closed_loop=in_loop, limits=limits)
+    widening = min(verdict.widening for verdict in own.values())
+    changes = sure(look(rec, [scan.nk], ORDER, limits), widening)
+    verdicts = {**own, **{name: verdicts[name] for name in earlier}}
     identified = Run(
         title=title or f"{column(rec.u_names[0])} to {column(rec.y_names[0])}",
         record=rec,
         findings={"health": healthy, "delay": scan},
         fits=fits,
-        verdicts=verdicts,
+        verdicts={name: _without(verdict, changes) for name, verdict in verdicts.items()},
         trusted=best.name,
         chosen=fits[best.name],
         comparison=None,
         tunings=(),
         responses=(),
-        notes=(*notes, best.note, *left_out),
+        notes=(*notes, best.note, *lags, *changes, *left_out),
         truth=truth,
     )
     _check_plant(identified, est, val, limits)
-    chosen = _chosen(identified, limits, refit=val is not est, closed_loop=closed_loop)
+    chosen = _chosen(identified, limits, refit=val is not est, closed_loop=in_loop)
     odd = [n for n in plausible(chosen, expected=known.expected, limits=limits) if n.code == "N03"]
     identified = replace(identified, chosen=chosen, notes=(*identified.notes, *odd))
     _check_action(identified, known.action)
@@ -391,19 +417,34 @@ def _earlier(
     return given
 
 
-def _in_closed_loop(rec: Record, verdicts: Mapping[str, Verdict]) -> bool:
-    """Whether there is a set point, or the input follows the errors of the best predictor.
+def _with_second_lag(
+    est: Record, val: Record, fits: Mapping[str, Fit], own: Mapping[str, Verdict], limits: Limits
+) -> tuple[dict[str, Fit], dict[str, Verdict], tuple[Note, ...]]:
+    """Add P2D to the fits and verdicts where the data ask for it."""
+    poly = [own[name].fit for name in fits if name != "P1D" and is_sound(fits[name])]
+    if "P1D" not in fits or not poly:
+        return dict(fits), dict(own), ()
+    found = second_lag(est, val, fits["P1D"], own["P1D"], max(poly), limits)
+    if found is None:
+        return dict(fits), dict(own), ()
+    fit, verdict, note = found
+    return {**fits, "P2D": fit}, {**own, "P2D": verdict}, (note,)
 
-    Only errors that hold nothing else tell feedback from dynamics that a model misses.
-    """
-    best = min(verdicts.values(), key=lambda verdict: verdict.loss)
-    clean = all(note.code not in ("M08", "V02") for note in best.notes)
-    return rec.r is not None or (clean and best.feedback)
+
+def _without(verdict: Verdict, changes: tuple[Note, ...]) -> Verdict:
+    """Return the verdict without M07 of its rows where the whole record says it."""
+    kept = tuple(note for note in verdict.notes if not changes or note.code != "M07")
+    return replace(verdict, notes=kept)
+
+
+def _in_closed_loop(rec: Record, nk: int, limits: Limits) -> bool:
+    """Whether there is a set point, or the input follows errors of the output."""
+    return rec.r is not None or bool(closed_loop(rec, direct=nk == 0, limits=limits))
 
 
 def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     """Refuse a plant that no process model serves, with the true cause."""
-    process, rival = run.verdicts.get("P1D"), run.rival
+    process, rival = run.verdicts.get(run.process or ""), run.rival
     serves = process is not None and process.fit >= limits.V01
     _check_settles(run, serves=serves)
     if serves:
@@ -420,11 +461,11 @@ def _check_plant(run: Run, est: Record, val: Record, limits: Limits) -> None:
     if rival is not None and known >= least:
         raise _other_plant(run, rival, limits)
     if process is not None and any(note.code == "X04" for note in process.notes):
-        check(val, run.fits["P1D"], limits=limits)
+        check(val, run.fits[run.process or "P1D"], limits=limits)
 
 
 def _check_settles(run: Run, *, serves: bool) -> None:
-    """Refuse a plant that integrates as far as the record shows (M01); `serves`: P1D simulates it.
+    """Refuse a plant that integrates as far as the record shows (M01); `serves`: a process model simulates it.
 
     A lag of which the record shows less than a tenth is no lag to tune on; an output that drifts
     by itself, unrelated to the input, looks the same (X04).
@@ -434,7 +475,7 @@ def _check_settles(run: Run, *, serves: bool) -> None:
     for name, fit in run.fits.items():
         shown = (n.measured for n in fit.notes if n.code == "X07" and n.measured is not None)
         ramp = any(share < _RAMP for share in shown)
-        if (ramp and name == "P1D") or (not serves and (ramp or _integrates(fit))):
+        if (ramp and name == run.process) or (not serves and (ramp or _integrates(fit))):
             error = refusal(
                 "M01",
                 f"{name} finds the plant integrating, as far as the record shows: "
@@ -508,18 +549,19 @@ def _raise_cause(est: Record, rec: Record, limits: Limits, *, but: str) -> None:
 
 def _chosen(run: Run, limits: Limits, *, refit: bool, closed_loop: bool) -> Fit:
     """Fit the process model to all rows, and widen it by what the judge says."""
-    fit = process(run.record, "P1D", limits=limits) if refit else run.fits["P1D"]
+    name = run.process or "P1D"
+    fit = process(run.record, name, limits=limits) if refit else run.fits[name]
     rival, judge, feedback = run.rival, None, None
     if rival is not None:
         judge = (rival, run.verdicts[rival], run.fits[rival].model.nk)
-    delay = (float(fit.theta[2]), float(fit.sd[2]), run.record.Ts)
+    at = fit.names.index("L")
+    delay = (float(fit.theta[at]), float(fit.sd[at]), run.record.Ts)
     if closed_loop and rival == run.trusted and noise_holds(run.fits[rival], run.verdicts[rival]):
         known = again(run.fits[rival], run.record, limits) if refit else run.fits[rival]
         feedback = ((fit.model, flat(fit)), (known.model, flat(known)))
-    factor, found = _core.judge(run.verdicts["P1D"], delay, judge, feedback, limits)
-    notes = notes_from_core(found)
-    P, sd = _core.widened(flat(fit), len(fit.theta), factor)
-    return replace(fit, P=P.reshape(fit.P.shape), sd=sd, notes=(*fit.notes, *notes))
+    factor, found = _core.judge(run.verdicts[name], delay, judge, feedback, limits)
+    fit = widened(fit, factor)
+    return replace(fit, notes=(*fit.notes, *notes_from_core(found)))
 
 
 def _check_action(run: Run, action: str | None) -> None:
@@ -535,10 +577,15 @@ def _check_action(run: Run, action: str | None) -> None:
 
 def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
     """Tune by IMC-PI, which is recommended, and set the other rules beside it."""
-    recommended = partial(imc_pi, gain_margin=gain_margin)
+    rules: tuple[Callable[..., Tuning], ...]
+    if run.process == "P1D":
+        rules = (partial(imc_pi, gain_margin=gain_margin), *DEFAULT_RULES[1:])
+    else:
+        first = partial(_on_two_lags, gain_margin=gain_margin)
+        rules = (first, partial(imc_pid, gain_margin=gain_margin, N=10), *HIGHER_ORDER[2:])
     comparison = compare_rules(
         run.chosen,
-        (recommended, *DEFAULT_RULES[1:], partial(optimal, Ms=_MS)),
+        (*rules, partial(optimal, Ms=_MS)),
         delay_at_least=run.record.Ts,
         limits=limits,
     )
@@ -548,3 +595,16 @@ def _tuned(run: Run, gain_margin: float, limits: Limits) -> Run:
         tunings=tuple(row.tuning for row in comparison.rows),
         responses=tuple(row.set_point for row in comparison.rows),
     )
+
+
+def _on_two_lags(model: Fit, *, gain_margin: float, **more: Any) -> Tuning:
+    """IMC-PI with at least the gain margin asked for on the model itself.
+
+    `Ti` is that of one lag, so the margin goes with `1/Kp`.  A larger one is kept: to spend it
+    would cost phase margin, of which two lags leave less.
+    """
+    found = imc_pi(model, gain_margin=gain_margin, **more)
+    if found.margins.gain >= gain_margin:
+        return found
+    wanted = gain_margin * gain_margin / found.margins.gain
+    return replace(imc_pi(model, gain_margin=wanted, **more), rule=found.rule)

@@ -87,3 +87,19 @@ def test_what_is_no_grid_is_u01(wrong):
 def test_no_supported_candidate_is_the_refusal_of_the_first():
     rec = pt.Record(u=np.ones(200), y=np.random.default_rng(0).normal(size=200), Ts=1.0)
     refused(lambda: pt.estimate.order(rec), "X01", ())
+
+
+def test_the_structure_is_named_in_letters_of_either_case():
+    rec = pt.datasets.hair_dryer()
+    lower, upper = (pt.estimate.order(rec, name, na=2, nb=2, nk=3) for name in ("arx", "ARX"))
+    assert lower.method == upper.method == "ARX"
+    assert lower.best.loss == upper.best.loss
+    with pytest.raises(pt.UsageError, match="bj"):
+        pt.estimate.order(rec, "bj")
+
+
+def test_ends_of_the_grid_are_said_in_the_number_they_have():
+    rec = pt.datasets.hair_dryer()
+    both = pt.estimate.order(rec, na=(1, 2), nb=(1, 2), nk=3)
+    texts = [note.text for note in both.notes if "of the orders tried" in note.text]
+    assert texts == ["the best na and nb lie at the ends of the orders tried"]

@@ -239,3 +239,20 @@ def test_no_relation_is_refused_for_every_order():
         with pytest.raises(pt.NotIdentifiable) as refusal:
             pt.estimate.process(pt.Record(u=u, y=y, Ts=TS), code)
         assert refusal.value.code == "X04"
+
+
+def test_refusals_speak_of_all_inputs():
+    rng = np.random.default_rng(1)
+    u = rng.choice([-1.0, 1.0], (120, 2)).repeat(5, axis=0)
+    names = {"u_names": ["heat", "flow"], "y_names": ["temp"]}
+    unrelated = pt.Record(u=u, y=rng.normal(size=600), Ts=1.0, **names)
+    with pytest.raises(pt.NotIdentifiable, match="heat and flow explain nothing of temp") as caught:
+        pt.estimate.process(unrelated, "P1D")
+    assert caught.value.code == "X04"
+    before = rng.choice([-1.0, 1.0], 60).repeat(5)
+    late = np.concatenate([before, u[:-300, 1]]) + 0.02 * rng.normal(size=600)
+    with pytest.raises(pt.NotIdentifiable, match="follows flow only") as caught:
+        pt.estimate.process(pt.Record(u=u, y=late, Ts=1.0, **names), "P1D")
+    assert (caught.value.code, caught.value.where[0]) == ("X05", "flow")
+    with pytest.raises(pt.NotIdentifiable, match="nk = 300 of flow"):
+        pt.estimate.oe(pt.Record(u=u, y=late, Ts=1.0, **names), 1, 1, [1, 300])

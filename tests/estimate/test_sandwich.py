@@ -70,14 +70,14 @@ def test_white_residuals_cost_nothing():
     assert wide.sd == approx(fit.sd, rel=0.3)
 
 
-def test_only_the_record_of_a_polynomial_fit_is_taken():
+def test_only_the_record_of_the_fit_is_taken():
     rec, other = record(0.5, 1), record(0.5, 2)
     fit = pt.estimate.oe(rec, 1, 1, 6)
     for widen in (pt.estimate.sandwich, pt.estimate.bootstrap):
         with pytest.raises(pt.UsageError, match="not the record of the fit"):
             widen(other, fit)
-        with pytest.raises(pt.UsageError, match="P1D"):
-            widen(rec, pt.estimate.process(rec, "P1D"))
+        with pytest.raises(pt.UsageError, match="SRIVC"):
+            widen(rec, pt.estimate.srivc(rec, 1))
     for wrong in ({"runs": 1}, {"block": 0}, {"block": 5000}):
         with pytest.raises(pt.UsageError):
             pt.estimate.bootstrap(rec, fit, **wrong)

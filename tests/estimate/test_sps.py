@@ -92,6 +92,36 @@ def test_arx_agrees_with_the_oracle_but_for_the_signs():
     assert (ours == oracle).mean() > 0.85
 
 
+def test_the_box_of_arx_holds_the_estimate_and_what_is_inside():
+    rec = arx(3)
+    fit = pt.estimate.arx(rec, 1, 1, 1)
+    region = pt.estimate.sps_arx(rec, fit, m=40, q=2)
+    assert region.names == ("a1", "b1", "d") and region.confidence == approx(0.95)
+    assert region.theta[:2] == approx(fit.theta)
+    assert region.theta[2] == approx(fit.offset[0] * (1 + fit.theta[0]))
+    assert region.contains(region.theta)
+    rng = np.random.default_rng(7)
+    width = region.high - region.low
+    points = region.theta + rng.normal(size=(300, 3)) * width / 3
+    inside = points[region.contains(points)]
+    assert len(inside) > 20
+    assert (inside > region.low - 0.05 * width).all() and (
+        inside < region.high + 0.05 * width
+    ).all()
+    assert "d" in str(region) and "95 %" in str(region)
+
+
+@pytest.mark.parametrize("runs", [25, pytest.param(1000, marks=pytest.mark.slow)])
+def test_intervals_of_arx_hold_each_parameter(runs):
+    """Of a box around a region of three at least 95 % each; binomial, three deviations allowed."""
+    held = np.zeros(3)
+    for seed in range(runs):
+        rec = arx(seed)
+        region = pt.estimate.sps_arx(rec, pt.estimate.arx(rec, 1, 1, 1), m=40, q=2, seed=seed)
+        held += (region.low < [-0.7, 0.5, 0.4]) & (region.high > [-0.7, 0.5, 0.4])
+    assert (held / runs >= 0.95 - 3 * np.sqrt(0.95 * 0.05 / runs)).all()
+
+
 def test_what_gives_no_region_is_refused():
     phi, y = regression(1)
     for m, q in [(5, 5), (5, 0)]:

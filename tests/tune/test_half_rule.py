@@ -125,6 +125,12 @@ def test_a_damped_pair_is_kept_where_it_is_the_slowest():
     assert real.times == approx((4.0, 1.0)) and real.zeta is None
 
 
+def test_a_well_damped_pair_is_one_lag_as_two_lags_of_its_mean_are():
+    one = half_rule(ProcessModel(K=2.0, T=2.0, L=0.5, zeta=0.8))
+    same = half_rule(ProcessModel(K=2.0, T=(1.6, 1.6), L=0.5))
+    assert one.same_as(same) and one.L + one.times[0] == approx(0.5 + 2 * 0.8 * 2.0)
+
+
 @pytest.mark.parametrize(
     "model, code",
     [

@@ -30,6 +30,15 @@ pub fn rounded(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
 }
 
+/// `a, b and c`.
+pub fn listed(names: &[String]) -> String {
+    match names {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
 /// The place in a record that a finding speaks of; `row` counts in the original file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Place {

@@ -52,6 +52,17 @@ pub fn chance(segments: &[(Vec<f64>, Vec<f64>)]) -> f64 {
 /// the middle magnitude tells that deviation, and the largest must stand out from as many normal numbers
 /// as there are lags.
 pub fn follows_later(rec: &Record, input: usize, first: usize) -> Option<usize> {
+    late_answer(rec, input, first).map(|(lag, _)| lag)
+}
+
+/// The input that y follows most clearly from `first` samples on, and the lag.
+pub fn follows_some_later(rec: &Record, first: usize) -> Option<(usize, usize)> {
+    let answers = (0..rec.nu).filter_map(|i| Some((i, late_answer(rec, i, first)?)));
+    answers.max_by(|a, b| a.1.1.total_cmp(&b.1.1)).map(|(i, (lag, _))| (i, lag))
+}
+
+/// The lag, and how many deviations of chance its correlation is.
+fn late_answer(rec: &Record, input: usize, first: usize) -> Option<(usize, f64)> {
     let (u, y) = (changes(&rec.input(input)), changes(&rec.output_held(0)));
     let (r, u_size, y_size) = (correlate(&u, &y), sizes(u.iter()), sizes(y.iter().rev()));
     let moves = running(u.iter().map(|x| f64::from(*x != 0.0)));
@@ -65,7 +76,8 @@ pub fn follows_later(rec: &Record, input: usize, first: usize) -> Option<usize> 
     let largest = strength(lag, dot(&u[..u.len() - lag], &y[lag..]));
     let bar = normal_quantile(1.0 - FALSE_ALARM / found.len() as f64);
     let middle = median(found.into_iter().map(|(_, strength)| strength).collect());
-    (largest > bar * (middle / normal_quantile(0.5)).max(1.0)).then_some(lag)
+    let size = largest / (middle / normal_quantile(0.5)).max(1.0);
+    (size > bar).then_some((lag, size))
 }
 
 fn changes(x: &[f64]) -> Vec<f64> {

@@ -24,6 +24,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(process, m)?)?;
     m.add_function(wrap_pyfunction!(srivc, m)?)?;
     m.add_function(wrap_pyfunction!(iv4, m)?)?;
+    m.add_function(wrap_pyfunction!(normal_interval, m)?)?;
+    m.add_function(wrap_pyfunction!(stretched, m)?)?;
     m.add_function(wrap_pyfunction!(widened, m)?)
 }
 
@@ -267,6 +269,7 @@ impl NoiseIn {
 }
 
 #[pyfunction]
+#[allow(clippy::too_many_arguments)]
 fn process<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
@@ -274,12 +277,14 @@ fn process<'py>(
     noise: NoiseIn,
     offset: bool,
     L: Option<(f64, f64)>,
+    robust: bool,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
     let codes = codes.iter().map(|code| Code::read(code)).collect::<plantune_core::Result<Vec<Code>>>()?;
     let noise = noise.orders(&codes)?;
     let options = ProcessOptions { offset, L, noise };
-    run(py, &rec, limits, |record, limits| batch::process(record, &codes, &options, limits))
+    let estimate = if robust { batch::robust_process } else { batch::process };
+    run(py, &rec, limits, |record, limits| estimate(record, &codes, &options, limits))
 }
 
 #[pyfunction]
@@ -339,4 +344,16 @@ fn widened<'py>(
     let P = batch::widened(P.as_slice().map_err(PyErr::from)?, factor);
     let sd = standard_deviations(&P, n);
     Ok((array(py, P), array(py, sd)))
+}
+
+/// The 95 % interval of a normal law.
+#[pyfunction]
+fn normal_interval(x: f64, sd: f64) -> (f64, f64) {
+    batch::normal_interval(x, sd)
+}
+
+/// An interval around `x` with both ends `factor` times as far.
+#[pyfunction]
+fn stretched(interval: (f64, f64), x: f64, factor: f64) -> (f64, f64) {
+    batch::stretched(interval, x, factor)
 }

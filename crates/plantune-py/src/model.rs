@@ -261,9 +261,10 @@ fn simulate<'py>(
     u: PyReadonlyArray2<'py, f64>,
     Ts: f64,
     x0: f64,
+    offset: f64,
 ) -> Outcome<Array<'py>> {
     let (nu, u) = (u.shape()[1], u.as_slice().map_err(PyErr::from)?);
-    let y = py.detach(|| model.0.simulate(u, nu, Ts, x0))?;
+    let y = py.detach(|| model.0.simulate_with(u, nu, Ts, x0, offset))?;
     Ok(array(py, y))
 }
 

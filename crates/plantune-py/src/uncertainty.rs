@@ -1,9 +1,11 @@
 //! What stands behind the numbers of a fit.
 
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
-use plantune_core::batch::{self, BootstrapOptions, Orders, SignPerturbedSums, standard_deviations};
+use plantune_core::batch::{
+    self, Bootstrap, BootstrapOptions, Code, Known, Orders, SignPerturbedSums, standard_deviations,
+};
 use plantune_core::model::derived::{self, Covariance, Curve};
-use plantune_core::model::{Model, PolyModel};
+use plantune_core::model::{Model, PolyModel, ProcessModel};
 use plantune_core::stats::quantile;
 use plantune_core::{Error, Limits, tune};
 use pyo3::prelude::*;
@@ -22,9 +24,12 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(scores, m)?)?;
     m.add_function(wrap_pyfunction!(sandwich, m)?)?;
     m.add_function(wrap_pyfunction!(bootstrap, m)?)?;
+    m.add_function(wrap_pyfunction!(process_sandwich, m)?)?;
+    m.add_function(wrap_pyfunction!(process_bootstrap, m)?)?;
     m.add_function(wrap_pyfunction!(sign_perturbed_sums, m)?)?;
     m.add_function(wrap_pyfunction!(sps_contains, m)?)?;
-    m.add_function(wrap_pyfunction!(sps_arx_contains, m)?)
+    m.add_function(wrap_pyfunction!(sps_arx_contains, m)?)?;
+    m.add_function(wrap_pyfunction!(sps_arx_box, m)?)
 }
 
 type Flat<'py> = PyReadonlyArray1<'py, f64>;
@@ -161,6 +166,11 @@ fn bootstrap<'py>(
     let (model, start) = (poly(model)?, start(x0)?);
     let options = BootstrapOptions { runs, block, seed };
     let found = py.detach(|| batch::bootstrap(&record, &model, offset, start, &options))?;
+    bootstrap_out(py, found, model.theta().len())
+}
+
+/// `parameters` of the estimates are `theta`, the offset may follow.
+fn bootstrap_out(py: Python<'_>, found: Bootstrap, parameters: usize) -> Outcome<BootstrapOut<'_>> {
     let n = found.estimates[0].len();
     let sorted = |j: usize| {
         let mut column: Vec<f64> = found.estimates.iter().map(|e| e[j]).collect();
@@ -173,10 +183,81 @@ fn bootstrap<'py>(
         low: array(py, at(0.025)),
         high: array(py, at(0.975)),
         block: found.block,
-        sd: array(py, standard_deviations(&P, model.theta().len())),
+        sd: array(py, standard_deviations(&P, parameters)),
         P: matrix(py, P, n)?,
         estimates: matrix(py, found.estimates.concat(), n)?,
     })
+}
+
+/// What is known of a process fit, by attribute.
+#[derive(FromPyObject)]
+struct KnownIn {
+    codes: Vec<String>,
+    plants: Vec<ModelIn>,
+    c: Vec<f64>,
+    d: Vec<f64>,
+    N: usize,
+    loss: f64,
+    offset: bool,
+}
+
+impl KnownIn {
+    /// Calls `use_it` with the codes and what is known of the fit.
+    fn with<T>(&self, use_it: impl FnOnce(&[Code], &Known) -> plantune_core::Result<T>) -> Outcome<T> {
+        let codes: Vec<Code> =
+            self.codes.iter().map(|c| Code::read(c)).collect::<plantune_core::Result<_>>()?;
+        let plants: Vec<ProcessModel> = self.plants.iter().filter_map(|m| process_model(&m.0)).collect();
+        let Self { c, d, N, loss, offset, .. } = self;
+        let known = Known { plants: &plants, noise: (c, d), N: *N, loss: *loss, offset: *offset };
+        Ok(use_it(&codes, &known)?)
+    }
+}
+
+fn process_model(model: &Model) -> Option<ProcessModel> {
+    match model {
+        Model::Process(m) => Some(m.clone()),
+        _ => None,
+    }
+}
+
+/// Flat covariance, standard deviations, factors by which they grew, note; `P` is that of the fit.
+#[pyfunction]
+fn process_sandwich<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    known: KnownIn,
+    P: Flat<'py>,
+    limits: LimitsIn,
+) -> Outcome<(Matrix<'py>, Array<'py>, Array<'py>, NoteOut)> {
+    let limits = Limits::from(limits);
+    let record = rec.view(&limits)?;
+    let P = P.as_slice().map_err(PyErr::from)?;
+    let found = known
+        .with(|codes, known| py.detach(|| batch::process_sandwich(&record, codes, known, P, &limits)))?;
+    let width = found.P.len().isqrt();
+    let sd = array(py, standard_deviations(&found.P, width - usize::from(known.offset)));
+    let note = NoteOut::from(&found.note());
+    Ok((matrix(py, found.P, width)?, sd, array(py, found.widening), note))
+}
+
+/// `bootstrap` of a process fit with `parameters` in `theta`.
+#[pyfunction]
+fn process_bootstrap<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    known: KnownIn,
+    options: (usize, Option<usize>, u64),
+    limits: LimitsIn,
+) -> Outcome<BootstrapOut<'py>> {
+    let limits = Limits::from(limits);
+    let record = rec.view(&limits)?;
+    let (runs, block, seed) = options;
+    let options = BootstrapOptions { runs, block, seed };
+    let found = known.with(|codes, known| {
+        py.detach(|| batch::process_bootstrap(&record, codes, known, &options, &limits))
+    })?;
+    let parameters = found.estimates[0].len() - usize::from(known.offset);
+    bootstrap_out(py, found, parameters)
 }
 
 fn sums(
@@ -231,4 +312,25 @@ fn sps_arx_contains(
     let orders = Orders::of(&poly(model)?);
     let inside = |theta: &Vec<f64>| batch::arx_contains(&record, &orders, theta, sizes, seed);
     Ok(py.detach(|| thetas.iter().map(inside).collect::<Result<_, _>>())?)
+}
+
+/// Estimate by least squares, the constant last where there is one, and the ends of the region along each entry.
+#[pyfunction]
+fn sps_arx_box<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    model: ModelIn,
+    offset: Option<f64>,
+    sizes: (usize, usize),
+    seed: u64,
+    limits: LimitsIn,
+) -> Outcome<(Array<'py>, Array<'py>, Array<'py>)> {
+    let record = rec.view(&Limits::from(limits))?;
+    let model = poly(model)?;
+    let constant = offset.map(|O| O * model.A.iter().sum::<f64>());
+    let theta: Vec<f64> = model.theta().into_iter().chain(constant).collect();
+    let orders = Orders::of(&model);
+    let ends = py.detach(|| batch::arx_box(&record, &orders, &theta, sizes, seed))?;
+    let (low, high): (Vec<f64>, Vec<f64>) = ends.into_iter().unzip();
+    Ok((array(py, theta), array(py, low), array(py, high)))
 }

@@ -2,6 +2,7 @@
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Limits;
+use plantune_core::model::Model;
 use plantune_core::validate::{
     self, CheckOptions, Delay, Estimated, Feedback, Residuals, Rival, Scores, Verdict,
 };
@@ -17,6 +18,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check, m)?)?;
     m.add_function(wrap_pyfunction!(plausible, m)?)?;
     m.add_function(wrap_pyfunction!(expected, m)?)?;
+    m.add_function(wrap_pyfunction!(noisy_regressors, m)?)?;
     m.add_function(wrap_pyfunction!(p_of_feedback, m)?)?;
     m.add_function(wrap_pyfunction!(time_varying, m)?)?;
     m.add_function(wrap_pyfunction!(judge, m)?)
@@ -119,10 +121,28 @@ pub fn checked(
 fn plausible(
     model: ModelIn,
     P: Option<PyReadonlyArray1<'_, f64>>,
+    inputs: Vec<String>,
     limits: LimitsIn,
 ) -> Outcome<Vec<NoteOut>> {
     let P = P.as_ref().map(|P| P.as_slice()).transpose().map_err(PyErr::from)?;
-    Ok(notes(&validate::plausible(&model.0, P, &limits.into())?))
+    Ok(notes(&validate::plausible(&model.0, P, &inputs, &limits.into())?))
+}
+
+/// V08 where an ARX model shows errors in variables on a record; nothing of other models.
+#[pyfunction]
+fn noisy_regressors(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    model: ModelIn,
+    P: PyReadonlyArray1<'_, f64>,
+    limits: LimitsIn,
+) -> Outcome<Vec<NoteOut>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let P = P.as_slice().map_err(PyErr::from)?;
+    let Model::Poly(model) = model.0 else { return Ok(Vec::new()) };
+    let found = py.detach(|| validate::noisy_regressors(&model, Some(P), &record, &limits))?;
+    Ok(notes(found.as_slice()))
 }
 
 /// N03 of each name found far outside of its range; `(name, found, low, high)`, of columns or of parameters.
@@ -135,9 +155,9 @@ fn expected(all: Vec<(String, f64, f64, f64)>, columns: bool, limits: LimitsIn) 
 
 /// p-value of "no error of y moves the input", one per input.
 #[pyfunction]
-fn p_of_feedback(py: Python<'_>, rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<Vec<f64>> {
+fn p_of_feedback(py: Python<'_>, rec: RecordIn<'_>, direct: bool, limits: LimitsIn) -> Outcome<Vec<f64>> {
     let record = rec.view(&limits.into())?;
-    Ok(py.detach(|| (0..record.nu).map(|i| validate::p_of_feedback(&record, i)).collect()))
+    Ok(py.detach(|| (0..record.nu).map(|i| validate::p_of_feedback(&record, i, direct)).collect()))
 }
 
 /// The dict behind `plantune.validate.TimeVarying(**d)`; `row` is one of the record.

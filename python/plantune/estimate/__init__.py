@@ -19,11 +19,12 @@ from plantune.estimate.poly import poly
 from plantune.estimate.process import process
 from plantune.estimate.sandwich import sandwich
 from plantune.estimate.saved import load_fit, save_fit
-from plantune.estimate.sps import Region, sps, sps_arx
+from plantune.estimate.sps import ArxRegion, Region, sps, sps_arx
 from plantune.estimate.srivc import srivc
 from plantune.estimate.step_modes import StepModes, idt
 
 __all__ = [
+    "ArxRegion",
     "Bootstrap",
     "Curve",
     "Derived",

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from plantune import _core
-from plantune.estimate.fit import Fit, refit_arguments
+from plantune.estimate.fit import Fit, known_process, refit_arguments
 from plantune.notes import DEFAULT_LIMITS, Limits, Note
 from plantune.record import Floats, Record
 from plantune.text import number
@@ -69,7 +71,7 @@ def bootstrap(
     rec : Record
         The record of the fit.
     fit : Fit
-        Of a polynomial model.
+        Of a polynomial or a process model.
     runs : int
         Records drawn, >= 2; 200 give a standard deviation to 5 %.
     block : int, optional
@@ -88,7 +90,8 @@ def bootstrap(
     Raises
     ------
     UsageError
-        Another record than that of the fit, a process model, or a block longer than it (U01).
+        Another record than that of the fit, a model that is neither, or a block longer than it
+        (U01).
     NumericsError
         Most of the drawn records could not be fitted (N05).
 
@@ -113,7 +116,11 @@ def bootstrap(
       offset 0.06542 to 0.3627
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
-    d = _core.bootstrap(rec, *refit_arguments(rec, fit), runs, block, seed, limits)
+    known = known_process(rec, fit)
+    if known is None:
+        d = _core.bootstrap(rec, *refit_arguments(rec, fit), runs, block, seed, limits)
+    else:
+        d = _core.process_bootstrap(rec, known, (runs, block, seed), limits)
     drawn = len(d["estimates"])
     note = Note(
         code="V12",
@@ -122,6 +129,14 @@ def bootstrap(
         f"residuals in blocks of {d['block']}",
         count=drawn,
     )
-    wide = replace(fit, P=d.pop("P"), sd=d.pop("sd"), notes=(*fit.notes, note))
+    wide = replace(
+        fit, P=d.pop("P"), sd=d.pop("sd"), intervals=_quantiles(fit, d), notes=(*fit.notes, note)
+    )
     offset = ("offset",) if len(fit.P) > len(fit.theta) else ()
     return Bootstrap(fit=wide, names=(*fit.names, *offset), **d)
+
+
+def _quantiles(fit: Fit, d: Mapping[str, Any]) -> dict[str, tuple[float, float]]:
+    """Return the quantiles of the parameters that have an interval of their own."""
+    places = {name: fit.names.index(name) for name in fit.intervals}
+    return {name: (float(d["low"][i]), float(d["high"][i])) for name, i in places.items()}

@@ -98,13 +98,16 @@ def again(fit: Fit, rec: Record, limits: Limits | None = None) -> Fit:
 def is_sound(fit: Fit) -> bool:
     """Whether the search converged and the parameters can be told apart.
 
+    Two lags that cannot are quoted as their pair, which can.
+
     Examples
     --------
     >>> import plantune as pt
     >>> is_sound(pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3))
     True
     """
-    return fit.status != "not converged" and all(note.code != "X10" for note in fit.notes)
+    apart = bool(fit.plants) or all(note.code != "X10" for note in fit.notes)
+    return fit.status != "not converged" and apart
 
 
 def size(fit: Fit) -> int:

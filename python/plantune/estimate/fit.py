@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -118,10 +118,11 @@ class Fit:
         array([583.451, 583.451])
         """
         model, level = self._need_model(), self._level
-        y: Floats = model.simulate(u, Ts, x0)
-        if isinstance(model, ProcessModel) and model.integrating:
-            return y + level * (Ts or 0.0) * np.arange(len(y))  # the drift
-        return y + level
+        if isinstance(model, MatrixPolyModel | TermModel):
+            y: Floats = model.simulate(u, Ts, x0)
+            return y + level
+        y = model.simulate(u, Ts, x0, float(level))
+        return y
 
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
@@ -233,7 +234,7 @@ class Fit:
         if name in self.intervals:
             return self.intervals[name]
         i = self.names.index(name)
-        return float(self.theta[i] - 1.96 * self.sd[i]), float(self.theta[i] + 1.96 * self.sd[i])
+        return _core.normal_interval(float(self.theta[i]), float(self.sd[i]))
 
     def derived(self) -> Derived:
         """Return gain, time constants, dampings and what else follows, each with its sd.
@@ -345,19 +346,64 @@ def flat(fit: Fit) -> Floats:
     return fit.flat_P
 
 
+def widened(fit: Fit, factor: float) -> Fit:
+    """Return the fit with standard deviations and intervals `factor` times as wide."""
+    P, sd = _core.widened(flat(fit), len(fit.theta), factor)
+    intervals = {name: stretched(fit, name, factor) for name in fit.intervals}
+    return replace(fit, P=P.reshape(fit.P.shape), sd=sd, intervals=intervals)
+
+
+def stretched(fit: Fit, name: str, factor: float) -> tuple[float, float]:
+    """Return the interval of a parameter with both ends `factor` times as far from it."""
+    x = float(fit.theta[fit.names.index(name)])
+    return _core.stretched(fit.intervals[name], x, factor)
+
+
+class KnownProcess(NamedTuple):
+    """What the core needs of a process fit to find its place on the record again."""
+
+    codes: list[str]
+    plants: tuple[ProcessModel, ...]
+    c: list[float]
+    d: list[float]
+    N: int
+    loss: float
+    offset: bool
+
+
+def known_process(rec: Record, fit: Fit) -> KnownProcess | None:
+    """Return what is known of a process fit on its record; None of other fits."""
+    if not fit.plants:
+        return None
+    _need_own_record(rec, fit)
+    c, d = (
+        ([], [])
+        if fit.sampled is None
+        else (fit.sampled.C[1:].tolist(), fit.sampled.D[1:].tolist())
+    )
+    has_offset = len(fit.P) > len(fit.theta)
+    return KnownProcess(fit.method.split(), fit.plants, c, d, fit.N, fit.loss, has_offset)
+
+
 def refit_arguments(rec: Record, fit: Fit) -> tuple[Any, float | None, str]:
     """Return model, offset and start of a fit, from which the core predicts the record again."""
     model = fit.model
     if not isinstance(model, PolyModel):
         raise refusal(
-            "U01", f"`fit` is of {fit.method}", remedy="fit a polynomial model, such as oe or arx"
+            "U01",
+            f"`fit` is of {fit.method}",
+            remedy="fit a polynomial or process model, such as oe, arx or process",
         )
+    _need_own_record(rec, fit)
+    offset = float(fit.offset[0]) if len(fit.P) > len(fit.theta) else None
+    return model, offset, "estimate" if fit.x0.shape[1] else "zero"
+
+
+def _need_own_record(rec: Record, fit: Fit) -> None:
     if rec.source != fit.source:
         raise refusal(
             "U01", "`rec` is not the record of the fit", remedy="give the record it was fitted to"
         )
-    offset = float(fit.offset[0]) if len(fit.P) > len(fit.theta) else None
-    return model, offset, "estimate" if fit.x0.shape[1] else "zero"
 
 
 def fit_from_core(

@@ -114,7 +114,7 @@ class OrderTable:
 
 def order(
     rec: Record,
-    method: Literal["ARX", "OE", "ARMAX"] = "ARX",
+    method: Literal["ARX", "OE", "ARMAX", "arx", "oe", "armax"] = "ARX",
     *,
     na: Range = (1, 4),
     nb: Range | Sequence[Range] = (1, 4),
@@ -132,7 +132,7 @@ def order(
     rec : Record
         One output.
     method : "ARX", "OE" or "ARMAX"
-        Which structure; orders that it does not have are not used.
+        Which structure, in letters of either case; orders that it does not have are not used.
     na, nc : int or (low, high)
         Orders tried, inclusive.
     nb, nf, nk : int or (low, high), or a list of these
@@ -170,16 +170,17 @@ def order(
     (216, True)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
-    if method not in _USED:
+    name = str(method).upper()
+    if name not in _USED:
         raise refusal("U01", f"`method` is {method!r}, must be one of ARX, OE, ARMAX", remedy="ARX")
     ranges = {"na": na, "nb": nb, "nc": nc, "nf": nf}
-    wanted = {k: v if k in _USED[method] else 0 for k, v in ranges.items()}
+    wanted = {k: v if k in _USED[name] else 0 for k, v in ranges.items()}
     grid = _grid(rec.nu, {**wanted, "nk": nk})
     d = _core.order_choice(rec, grid, fresh, offset, limits)
     rows = tuple(_order_row(row) for row in d["rows"])
     runner_up = d["runner_up"]
     return OrderTable(
-        method=method,
+        method=name,
         rows=rows,
         best=rows[d["best"]],
         runner_up=None if runner_up is None else rows[runner_up],

@@ -17,6 +17,7 @@ def process(
     noise: str | tuple[int, int] = "white",
     offset: bool = True,
     L: tuple[float, float] | None = None,
+    robust: bool = False,
     limits: Limits | None = None,
 ) -> Fit:
     """Fit y = sum K (Tz s + 1) e^(-L s) / (s^i prod (T s + 1)) u + O + v.
@@ -38,6 +39,9 @@ def process(
     L : (low, high), optional
         Seconds to search for the delays; by default up to a quarter of the longest segment, at
         most 200 samples.
+    robust : bool
+        Huber's weights, and spikes beyond five standard deviations left out; a note (D19) counts
+        them.
     limits : Limits, optional
         Thresholds.
 
@@ -75,5 +79,5 @@ def process(
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     codes = [code] * rec.u.shape[1] if isinstance(code, str) else list(code)
-    fields = _core.process(rec, codes, noise, offset, L, limits)
+    fields = _core.process(rec, codes, noise, offset, L, robust, limits)
     return fit_from_core(fields, " ".join(codes), rec, limits)

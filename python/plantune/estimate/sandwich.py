@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from plantune import _core
-from plantune.estimate.fit import Fit, refit_arguments
+from plantune.estimate.fit import Fit, known_process, refit_arguments, stretched
 from plantune.notes import DEFAULT_LIMITS, Limits, notes_from_core
 from plantune.record import Record
 
@@ -18,7 +18,7 @@ def sandwich(rec: Record, fit: Fit, *, limits: Limits | None = None) -> Fit:
     rec : Record
         The record of the fit.
     fit : Fit
-        Of a polynomial model.
+        Of a polynomial or a process model.
     limits : Limits, optional
         Thresholds.
 
@@ -30,7 +30,7 @@ def sandwich(rec: Record, fit: Fit, *, limits: Limits | None = None) -> Fit:
     Raises
     ------
     UsageError
-        Another record than that of the fit, or a process model (U01).
+        Another record than that of the fit, or a model that is neither (U01).
     NotIdentifiable
         Fewer than 20 residuals in a row (X03).
 
@@ -42,6 +42,7 @@ def sandwich(rec: Record, fit: Fit, *, limits: Limits | None = None) -> Fit:
     Of models with `A`, `C` or `D`, whose gradient holds past noise, the products `psi eps` are
     summed with Bartlett's weights instead (Newey & West 1987).  Noise that is not white then
     moves the parameters themselves, which no interval can mend.
+    Of a process model the profiles of `T` and `L` are widened in proportion.
 
     Examples
     --------
@@ -59,5 +60,12 @@ def sandwich(rec: Record, fit: Fit, *, limits: Limits | None = None) -> Fit:
     (True, 'V12')
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
-    P, sd, note = _core.sandwich(rec, *refit_arguments(rec, fit), limits)
-    return replace(fit, P=P, sd=sd, notes=(*fit.notes, *notes_from_core([note])))
+    known = known_process(rec, fit)
+    if known is None:
+        P, sd, note = _core.sandwich(rec, *refit_arguments(rec, fit), limits)
+        return replace(fit, P=P, sd=sd, notes=(*fit.notes, *notes_from_core([note])))
+    P, sd, factors, note = _core.process_sandwich(rec, known, fit.flat_P, limits)
+    wider = dict(zip(fit.names, factors, strict=False))  # the offset's is the last
+    intervals = {name: stretched(fit, name, float(wider[name])) for name in fit.intervals}
+    notes = (*fit.notes, *notes_from_core([note]))
+    return replace(fit, P=P, sd=sd, intervals=intervals, notes=notes)

@@ -20,7 +20,9 @@ class LinearModel:
     __slots__ = ()
     kind: ClassVar[str]
 
-    def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
+    def simulate(
+        self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0, offset: float = 0.0
+    ) -> Floats:
         """Return the output for the input `u`, from rest unless `x0` is given.
 
         Parameters
@@ -31,6 +33,8 @@ class LinearModel:
             Sample time in seconds; needed where the model has none of its own.
         x0 : float
             Output at row 0 (process models).
+        offset : float
+            `O` in `y = G u + O`; of an integrating model the drift per second.
 
         Returns
         -------
@@ -50,7 +54,7 @@ class LinearModel:
         step = getattr(self, "Ts", None) if Ts is None else Ts
         if step is None:
             raise refusal("U01", "`Ts` is missing", remedy="pass Ts= in seconds")
-        return _core.simulate(self, columns(u, "u"), step, x0)
+        return _core.simulate(self, columns(u, "u"), step, x0, offset)
 
     def predict(self, rec: Record, horizon: int | None = 1, offset: float = 0.0) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.

@@ -86,7 +86,8 @@ def _kind(run: Run) -> str:
         f"{name} = {with_sd(x, sd)}{unit_of(unit.get(name, ''))}"
         for name, x, sd in zip(fit.names, fit.theta, fit.sd, strict=True)
     )
-    return f"a first-order process with dead time: {parameters} (± one standard deviation)"
+    order = "first" if fit.model.is_first_order else "second"
+    return f"a {order}-order process with dead time: {parameters} (± one standard deviation)"
 
 
 def notes(run: Run) -> str:

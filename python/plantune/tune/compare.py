@@ -37,7 +37,7 @@ DEFAULT_RULES: tuple[Rule, ...] = (
 
 _INTEGRATING: tuple[Rule, ...] = (simc, lambda_, amigo, tyreus_luyben, ziegler_nichols)
 
-_HIGHER_ORDER: tuple[Rule, ...] = (
+HIGHER_ORDER: tuple[Rule, ...] = (
     partial(imc_pi, gain_margin=3),
     partial(imc_pid, gain_margin=3, N=10),
     simc,
@@ -210,7 +210,7 @@ def _serving(model: Plant | Fit) -> tuple[Rule, ...]:
     plant = plant_of(model)
     if getattr(plant, "is_first_order", False):
         return DEFAULT_RULES
-    return _INTEGRATING if isinf(plant.dc_gain()) else _HIGHER_ORDER
+    return _INTEGRATING if isinf(plant.dc_gain()) else HIGHER_ORDER
 
 
 def _tuned(

@@ -21,6 +21,7 @@ from plantune.models import (
 )
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record
+from plantune.validate.evidence import against
 from plantune.validate.plausible import plausible
 
 
@@ -175,7 +176,9 @@ def check(
     -------
     Verdict
         With note M11 where rows of the fit are judged again, and what `plausible` doubts of the
-        model's poles and zeros; that leaves `passed` as it is.
+        model's poles and zeros.  Of a fit also X09, feedback that its noise model does not take up
+        (`closed_loop`); M07, a plant that changed within the record (`time_varying`); and V08, an
+        ARX whose regressor is noisy.  These leave `passed` as it is.
 
     Raises
     ------
@@ -199,7 +202,7 @@ def check(
         offset = "estimate" if _core.has_no_level(rec, limits) else "fit"
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
-    model: Any = fit.model if isinstance(fit, Fit) else fit
+    model = _judged_model(fit)
     i = _which(rec, model, output)
     extra = {
         "name": fit.method if isinstance(fit, Fit) else type(model).__name__,
@@ -209,7 +212,8 @@ def check(
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
     several, own_terms = isinstance(model, MatrixPolyModel), isinstance(model, TermModel)
     bare: Any = fit
-    doubts = () if several or own_terms else plausible(bare, limits=limits)  # they have no zeros
+    inputs = rec.u_names if rec.nu > 1 else ()
+    doubts = () if several or own_terms else plausible(bare, inputs=inputs, limits=limits)
     further = (*doubts, *seen, *limits.changes())
     own = fit.offset.tolist() if isinstance(fit, Fit) else [0.0] * rec.ny
     used = own if offset == "fit" else None
@@ -225,7 +229,22 @@ def check(
         if error.result is not None:
             error.result = _verdict(error.result, rec, i, extra, further)
         raise
+    if isinstance(fit, Fit):
+        white = all(note["code"] != "M08" for note in d["notes"])
+        found = against(rec, fit, white=white, widening=d["widening"], limits=limits)
+        further = (*found, *further)
     return _verdict(d, rec, i, extra, further)
+
+
+def _judged_model(fit: Any) -> Any:
+    """Return the model whose errors count: that with the noise model where one was fitted.
+
+    The offset of an integrating process model is a drift, which its samples do not know.
+    """
+    if not isinstance(fit, Fit):
+        return fit
+    drifts = any(plant.integrating for plant in fit.plants)
+    return fit.model if drifts else fit.sampled or fit.model
 
 
 def _which(rec: Record, model: Any, output: str | None) -> int:

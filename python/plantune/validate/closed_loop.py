@@ -44,13 +44,16 @@ class ClosedLoop:
         return "\n".join([f"{word}: p = {p}", *(f"  {note}" for note in self.notes)])
 
 
-def closed_loop(rec: Record, *, limits: Limits | None = None) -> ClosedLoop:
+def closed_loop(rec: Record, *, direct: bool = False, limits: Limits | None = None) -> ClosedLoop:
     """Test whether an input answers the errors of the output.
 
     Parameters
     ----------
     rec : Record
         One output; at least four rows per lag of an ARX(10, 10).
+    direct : bool
+        Whether y answers u in the same row (`nk = 0`).  Only answers of u to earlier rows are then
+        feedback.
     limits : Limits, optional
         Thresholds of the record.
 
@@ -74,7 +77,7 @@ def closed_loop(rec: Record, *, limits: Limits | None = None) -> ClosedLoop:
     (True, ['X09'])
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
-    p = tuple(_core.p_of_feedback(rec, limits)) if rec.ny == 1 else (1.0,) * rec.nu
+    p = tuple(_core.p_of_feedback(rec, direct, limits)) if rec.ny == 1 else (1.0,) * rec.nu
     notes = (_note(rec.u_names[i], chance) for i, chance in enumerate(p) if chance < _CHANCE)
     return ClosedLoop(p=p, notes=tuple(notes), source=rec.source)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from plantune import _core
 from plantune.estimate.fit import Fit, flat
@@ -15,6 +15,7 @@ def plausible(
     fit: Fit | PolyModel | ProcessModel,
     *,
     expected: Mapping[str, Range] | None = None,
+    inputs: Sequence[str] = (),
     limits: Limits | None = None,
 ) -> tuple[Note, ...]:
     """Return doubts about a model; none where it could be a plant's, and the one expected.
@@ -33,6 +34,8 @@ def plausible(
     expected : mapping of str to (low, high), optional
         Ranges of what `fit.derived()` names: `K`, `T` (the slowest of several), `L`, `w_n`.
         Names that the model has not are left alone.
+    inputs : sequence of str
+        Names of several inputs, to say which is concerned; a fit knows them.
     limits : Limits, optional
         Thresholds V06, V07 and N03.
 
@@ -61,5 +64,12 @@ def plausible(
     """
     limits = limits or DEFAULT_LIMITS
     model, P = (fit.model, flat(fit)) if isinstance(fit, Fit) else (fit, None)
-    notes = notes_from_core(_core.plausible(model, P, limits))
+    named = inputs or (_inputs(fit) if isinstance(fit, Fit) else ())
+    notes = notes_from_core(_core.plausible(model, P, list(named), limits))
     return notes + expected_of(model, P, expected or {}, limits)
+
+
+def _inputs(fit: Fit) -> list[str]:
+    """Return the inputs' names, in brackets behind parameters where there are several."""
+    named = (name.partition("[")[2][:-1] for name in fit.names if name.endswith("]"))
+    return list(dict.fromkeys(named))

@@ -14,6 +14,9 @@ from plantune.text import number
 
 _APART = 3.0
 
+ORDER = 4
+"""Order of the ARX that is looked at by default: it leaves white errors of most plants."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimeVarying:
@@ -63,7 +66,7 @@ def time_varying(
     rec: Record,
     *,
     nk: int | Sequence[int] = 1,
-    order: int = 4,
+    order: int = ORDER,
     limits: Limits | None = None,
 ) -> TimeVarying:
     """Look for a change of the parameters of an ARX model within the record (M07).
@@ -111,14 +114,22 @@ def time_varying(
         raise refusal(
             "U01", "`order` must be at least 1, `nk` one per input, of one output", remedy="order=4"
         )
-    d = _core.time_varying(rec, delays, order, limits)
-    if d is None:
+    found = look(rec, delays, order, limits)
+    if found is None:
         raise refusal(
             "X03",
             f"a tenth of {rec.N} rows is too few for a change of order {order}, or u too poor",
             count=rec.N,
             remedy="record longer, or look at a lower order",
         )
+    return found
+
+
+def look(rec: Record, nk: list[int], order: int, limits: Limits) -> TimeVarying | None:
+    """Return what `time_varying` does; None where the rows are too few."""
+    d = _core.time_varying(rec, nk, order, limits)
+    if d is None:
+        return None
     time = float(rec.time[d["row"]])
     row = int(rec.rows[d["row"]])
     changed = d["statistic"] > d["limit"] and d["apart"] > _APART
@@ -135,3 +146,12 @@ def time_varying(
     return TimeVarying(
         **{**d, "row": row}, time=time, notes=(note,) if changed else (), source=rec.source
     )
+
+
+def sure(found: TimeVarying | None, widening: float) -> tuple[Note, ...]:
+    """Return M07 where its statistic is beyond what colour of the errors makes of chance.
+
+    Colour widens deviations by `widening`, and a change makes errors coloured itself: so the limit
+    grows with it, not with its square.
+    """
+    return found.notes if found is not None and found.statistic > found.limit * widening else ()

@@ -51,6 +51,25 @@ pub fn bootstrap(
     options: &BootstrapOptions,
 ) -> Result<Bootstrap> {
     let own = scores(rec, model, offset, start)?;
+    let orders = Orders::of(model);
+    let noise = (model.C.clone(), product(&model.D, &model.A));
+    drawn(rec, &own, &noise, options, |new| {
+        if orders.is_arx() {
+            estimate_arx(new, &orders, offset.is_some())
+        } else {
+            pem::refit(new, model, offset, start)
+        }
+    })
+}
+
+/// Draws records of a fit with these scores, whose noise goes through `C / D`, and estimates from each.
+pub(super) fn drawn(
+    rec: &Record,
+    own: &Scores,
+    noise: &(Vec<f64>, Vec<f64>),
+    options: &BootstrapOptions,
+    estimate: impl Fn(&Record) -> Option<Vec<f64>>,
+) -> Result<Bootstrap> {
     let N = own.eps.len();
     let block = options.block.unwrap_or_else(|| own.memory());
     if !(1..=N).contains(&block) {
@@ -59,7 +78,6 @@ pub fn bootstrap(
     if options.runs < 2 {
         return Err(Error::argument("runs", options.runs, "2 or more"));
     }
-    let orders = Orders::of(model);
     let mean = own.eps.iter().sum::<f64>() / N as f64;
     let size = (N as f64 / N.saturating_sub(own.n() + own.states).max(1) as f64).sqrt();
     let residuals: Vec<f64> = own.eps.iter().map(|e| (e - mean) * size).collect();
@@ -67,14 +85,9 @@ pub fn bootstrap(
     let mut estimates = Vec::with_capacity(options.runs);
     for _ in 0..options.runs {
         let drawn = blocks(&residuals, block, &mut random);
-        let y = with_residuals(rec, &own, model, &drawn);
+        let y = with_residuals(rec, own, noise, &drawn);
         let new = Record { y: &y, ..rec.clone() };
-        let estimate = if orders.is_arx() {
-            estimate_arx(&new, &orders, offset.is_some())
-        } else {
-            pem::refit(&new, model, offset, start)
-        };
-        estimates.extend(estimate.filter(|e| e.iter().all(|x| x.is_finite())));
+        estimates.extend(estimate(&new).filter(|e| e.iter().all(|x| x.is_finite())));
     }
     if estimates.len() < options.runs.div_ceil(2) {
         return Err(Error::new("N05", "most of the drawn records could not be fitted")
@@ -106,8 +119,7 @@ fn blocks(e: &[f64], length: usize, random: &mut Random) -> Vec<f64> {
 }
 
 /// The record's output with other residuals.
-fn with_residuals(rec: &Record, own: &Scores, model: &PolyModel, drawn: &[f64]) -> Vec<f64> {
-    let denominator = product(&model.D, &model.A);
+fn with_residuals(rec: &Record, own: &Scores, (C, D): &(Vec<f64>, Vec<f64>), drawn: &[f64]) -> Vec<f64> {
     let mut y = rec.y.to_vec();
     for s in rec.segments() {
         // Rows that do not count, and history, keep their residuals.
@@ -117,8 +129,8 @@ fn with_residuals(rec: &Record, own: &Scores, model: &PolyModel, drawn: &[f64]) 
         for k in first..end {
             change[own.rows[k] - s.start] = drawn[k] - own.eps[k];
         }
-        let mut change = multiply(&model.C, &change);
-        divide(&denominator, &mut change);
+        let mut change = multiply(C, &change);
+        divide(D, &mut change);
         y[s].iter_mut().zip(&change).for_each(|(y, c)| *y += c);
     }
     y

@@ -72,6 +72,17 @@ impl Fit {
         Err(Error::new("N02", "the numbers of this record overflow or vanish when squared")
             .remedy("change the units so that inputs and outputs are nearer to one"))
     }
+
+    /// The same with standard deviations and intervals `factor` times as wide.
+    pub fn widened(mut self, factor: f64) -> Self {
+        self.P = widened(&self.P, factor);
+        for (name, low, high) in &mut self.intervals {
+            if let Some(i) = self.names.iter().position(|own| own == name) {
+                (*low, *high) = stretched((*low, *high), self.theta[i], factor);
+            }
+        }
+        self
+    }
 }
 
 /// `FPE, AIC, BIC` of a loss `V` over `N` rows with `d` parameters:
@@ -86,6 +97,19 @@ pub fn criteria(V: f64, N: usize, d: usize) -> (f64, f64, f64) {
 pub fn standard_deviations(P: &[f64], n: usize) -> Vec<f64> {
     let size = P.len().isqrt();
     (0..n).map(|i| P[i * size + i].sqrt()).collect()
+}
+
+/// Half width of a 95 % interval in standard deviations.
+pub const WIDTH: f64 = 1.96;
+
+/// The 95 % interval of a normal law.
+pub fn normal_interval(x: f64, sd: f64) -> (f64, f64) {
+    (x - WIDTH * sd, x + WIDTH * sd)
+}
+
+/// An interval around `x` with both ends `factor` times as far.
+pub fn stretched((low, high): (f64, f64), x: f64, factor: f64) -> (f64, f64) {
+    (x + factor * (low - x), x + factor * (high - x))
 }
 
 /// A covariance whose standard deviations are `factor` times as large.

@@ -16,9 +16,6 @@ pub(super) const C: f64 = 1.345;
 
 const ROUNDS: usize = 60;
 
-/// Largest relative change of a length that ends the rounds.
-const STILL: f64 = 1e-10;
-
 /// A regression under Huber's weights.
 #[derive(Clone, Debug)]
 pub struct Huber {
@@ -35,7 +32,9 @@ pub struct Huber {
 }
 
 /// Huber's estimate from rows `[x | y]`, row-major of width `n + 1`; None without full rank.
-pub fn huber(rows: &[f64], n: usize) -> Option<Huber> {
+///
+/// Rounds end where no error changes by more than `still` of their deviation.
+pub fn huber(rows: &[f64], n: usize, still: f64) -> Option<Huber> {
     let width = n + 1;
     let N = rows.len() / width;
     if N <= n {
@@ -60,7 +59,7 @@ pub fn huber(rows: &[f64], n: usize) -> Option<Huber> {
         let next = errors(rows, &theta);
         let moved = eps.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         eps = next;
-        if moved <= STILL * s {
+        if moved <= still * s {
             break;
         }
     }
@@ -106,7 +105,7 @@ mod tests {
         let mut y = white(200, 1);
         (y[3], y[77], y[150]) = (40.0, 60.0, -30.0);
         let rows: Vec<f64> = y.iter().flat_map(|y| [1.0, *y]).collect();
-        let found = huber(&rows, 1).expect("full rank");
+        let found = huber(&rows, 1, 1e-10).expect("full rank");
         let sum: f64 = found.eps.iter().map(|e| (e / found.s).clamp(-C, C)).sum();
         assert!(sum.abs() < 1e-6, "{sum}");
     }

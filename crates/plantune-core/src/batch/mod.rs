@@ -26,7 +26,7 @@ mod term_arx;
 
 pub use arx::arx;
 pub use bootstrap::{Bootstrap, BootstrapOptions, bootstrap, spread};
-pub use fit::{Fit, Status, criteria, standard_deviations, widened};
+pub use fit::{Fit, Status, WIDTH, criteria, normal_interval, standard_deviations, stretched, widened};
 pub use huber::{Huber, huber};
 pub use iv4::iv4;
 pub use least_squares::{LinearFit, least_squares};
@@ -34,12 +34,14 @@ pub use matrix_arx::{MatrixFit, matrix_arx};
 pub use order_choice::{OrderChoice, Tried as TriedOrders, choose_orders};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
-pub use process::{Code, ProcessOptions, p1d, process};
+pub use process::{
+    Code, Known, ProcessOptions, p1d, process, process_bootstrap, process_sandwich, robust_process,
+};
 pub use robust::robust;
 pub use sampling::sampling;
 pub use sandwich::{Sandwich, sandwich};
 pub use scores::{Scores, scores};
-pub use sign_perturbed_arx::arx_contains;
+pub use sign_perturbed_arx::{arx_box, arx_contains};
 pub use sign_perturbed_sums::{SignPerturbedSums, sign_perturbed_sums};
 pub use srivc::{SrivcOptions, srivc};
 pub use step_modes::{

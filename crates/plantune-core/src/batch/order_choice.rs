@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::{Triangle, solve};
 use crate::model::Model;
-use crate::note::Note;
+use crate::note::{Note, listed};
 use crate::record::Record;
 use crate::regress::{Column, Regression};
 use crate::sim::{Start, over_record};
@@ -290,11 +290,15 @@ fn notes(rows: &[Tried], best: usize, refused: usize, limits: &Limits) -> Vec<No
     });
     let at_end: Vec<&str> = at_end.map(|(name, _)| name).collect();
     if !at_end.is_empty() {
-        let text = format!("the best {} lies at the end of the orders tried", at_end.join(" and "));
+        let (verb, end) = if at_end.len() > 1 { ("lie", "ends") } else { ("lies", "end") };
+        let names: Vec<String> = at_end.iter().map(|name| (*name).to_owned()).collect();
+        let text = format!("the best {} {verb} at the {end} of the orders tried", listed(&names));
         notes.push(Note::warning("V14", text).remedy("try higher orders"));
     }
     if refused > 0 {
-        let text = format!("{refused} candidates are left out: the record does not support them");
+        let (candidates, them) =
+            if refused > 1 { ("candidates are", "them") } else { ("candidate is", "it") };
+        let text = format!("{refused} {candidates} left out: the record does not support {them}");
         notes.push(Note::info("V14", text).count(refused));
     }
     notes

@@ -186,7 +186,8 @@ impl Orders {
         for (i, &nk) in self.nk.iter().enumerate() {
             let share = nk as f64 / rec.N() as f64;
             if share >= limits.X05 {
-                let text = format!("nk = {nk} is {:.0} % of a record of {} rows", 100.0 * share, rec.N());
+                let of = if rec.nu > 1 { format!(" of {}", rec.input_name(i)) } else { String::new() };
+                let text = format!("nk = {nk}{of} is {:.0} % of a record of {} rows", 100.0 * share, rec.N());
                 return Err(Error::new("X05", text)
                     .at(Place::column(rec.input_name(i)))
                     .measured(nk as f64, limits.X05 * rec.N() as f64)
@@ -224,6 +225,9 @@ pub(super) fn too_short(rows: usize, parameters: usize) -> Error {
 
 /// X11: two inputs whose centred columns agree but for a factor.
 pub(super) fn copied_input(rec: &Record) -> Option<Error> {
+    if rec.nu == 1 {
+        return None;
+    }
     let columns: Vec<Vec<f64>> = (0..rec.nu).map(|i| centred(rec.input(i).into_owned())).collect();
     let pairs = (0..rec.nu).flat_map(|i| (i + 1..rec.nu).map(move |j| (i, j)));
     let share = |(i, j): (usize, usize)| {

@@ -14,7 +14,7 @@
 //!
 //! Huber 1981, 6.5, 7.6 and 7.8.
 
-use super::fit::{Fit, widened};
+use super::fit::Fit;
 use super::huber::{C, weight};
 use super::scores::{Scores, scores};
 use crate::error::Result;
@@ -42,12 +42,25 @@ pub fn robust(
     start: Start,
     estimate: impl Fn(&Record) -> Result<Fit>,
 ) -> Result<Fit> {
+    reweighted_fit(rec, |rec| {
+        let fit = estimate(rec)?;
+        let Model::Poly(model) = &fit.model else { unreachable!("only polynomial models are estimated so") };
+        let scores = scores(rec, model, offset.then_some(fit.offset), start)?;
+        Ok((fit, scores))
+    })
+}
+
+/// The same of an estimator that gives its scores as well.
+pub(super) fn reweighted_fit(
+    rec: &Record,
+    estimate: impl Fn(&Record) -> Result<(Fit, Scores)>,
+) -> Result<Fit> {
     let mut valid: Vec<bool> = (0..rec.N()).map(|k| rec.is_valid(k, 0)).collect();
     let before = count(&valid);
     let mut markings = 0;
     loop {
         let own = Record { valid: Some(&valid), ..rec.clone() };
-        let reweighted = reweighted(&own, offset, start, &estimate)?;
+        let reweighted = reweighted(&own, &estimate)?;
         let spikes = reweighted.spikes();
         if spikes.is_empty() || markings == MOST_MARKINGS {
             let note = note(rec, &valid, before - count(&valid), &reweighted);
@@ -68,20 +81,13 @@ struct Reweighted {
     s: f64,
 }
 
-fn reweighted(
-    rec: &Record,
-    offset: bool,
-    start: Start,
-    estimate: impl Fn(&Record) -> Result<Fit>,
-) -> Result<Reweighted> {
+fn reweighted(rec: &Record, estimate: impl Fn(&Record) -> Result<(Fit, Scores)>) -> Result<Reweighted> {
     let mut weights = vec![1.0; rec.N()];
     let mut last: Option<Vec<f64>> = None;
     let mut rounds = 0;
     loop {
         let own = Record { weights: Some(&weights), ..rec.clone() };
-        let fit = estimate(&own)?;
-        let Model::Poly(model) = &fit.model else { unreachable!("only polynomial models are estimated so") };
-        let scores = scores(&own, model, offset.then_some(fit.offset), start)?;
+        let (fit, scores) = estimate(&own)?;
         let s = 1.4826 * median(scores.eps.iter().map(|e| e.abs()).collect());
         let settled = last.as_ref().is_some_and(|theta| has_settled(theta, &fit));
         rounds += 1;
@@ -129,7 +135,7 @@ impl Reweighted {
         let mean: f64 = eps.iter().map(|e| weight(*e, s)).sum::<f64>() / N;
         let kappa = 1.0 + self.scores.n() as f64 / N * (1.0 - inside) / inside;
         let factor = kappa / inside * (mean * weighted(2) / weighted(1)).sqrt();
-        Fit { P: widened(&self.fit.P, factor), ..self.fit }
+        self.fit.widened(factor)
     }
 }
 

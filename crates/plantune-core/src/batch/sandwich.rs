@@ -44,6 +44,8 @@ const RANK_TOLERANCE: f64 = 1e-12;
 pub struct Sandwich {
     /// Covariance of `theta`, then of the offset; row-major.
     pub P: Vec<f64>, // (n, n)
+    /// The same if the residuals were white, `s^2 J^-1`.
+    pub plain: Vec<f64>, // (n, n)
     /// Order of the autoregression; absent where products were summed.
     pub order: Option<usize>,
     /// Factor by which each standard deviation grew.
@@ -52,9 +54,14 @@ pub struct Sandwich {
 
 /// The covariance of a fit of these orders from its scores.
 pub fn sandwich(scores: &Scores, orders: &Orders) -> Result<Sandwich> {
+    sandwich_of(scores, orders.na + orders.nc + orders.nd == 0)
+}
+
+/// The same where it is known whether `psi` is of the input alone.
+pub(super) fn sandwich_of(scores: &Scores, output_errors: bool) -> Result<Sandwich> {
     let (n, N) = (scores.n(), scores.eps.len());
     let bread = inverse_gram(scores)?;
-    let (meat, order) = if orders.na + orders.nc + orders.nd == 0 {
+    let (meat, order) = if output_errors {
         let (A, s2) = autoregression(scores)?;
         (filtered(scores, &A, s2), Some(A.len() - 1))
     } else {
@@ -67,9 +74,10 @@ pub fn sandwich(scores: &Scores, orders: &Orders) -> Result<Sandwich> {
     let mut P = product(&product(&bread, &meat), &bread);
     P.iter_mut().for_each(|p| *p *= share);
     let s2 = scores.variance();
-    let widening = standard_deviations(&P, n).into_iter().enumerate();
-    let widening = widening.map(|(i, sd)| sd / (s2 * bread[i * n + i]).sqrt()).collect();
-    Ok(Sandwich { P, order, widening })
+    let plain: Vec<f64> = bread.iter().map(|x| s2 * x).collect();
+    let both = standard_deviations(&P, n).into_iter().zip(standard_deviations(&plain, n));
+    let widening = both.map(|(sd, plain)| sd / plain).collect();
+    Ok(Sandwich { P, plain, order, widening })
 }
 
 impl Sandwich {

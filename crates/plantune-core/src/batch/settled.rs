@@ -14,6 +14,9 @@ use crate::note::{Note, Place, rounded};
 use crate::record::Record;
 use crate::stats::normal_quantile;
 
+/// Of the slowest pole; `50^n e^-50` is rounding for every order in use.
+const TIME_CONSTANTS: f64 = 50.0;
+
 /// X07 of a polynomial model, for each input.
 pub(super) fn of_poly(rec: &Record, m: &PolyModel, P: &Covariance, limits: &Limits) -> Vec<Note> {
     let model = Model::Poly(m.clone());
@@ -50,7 +53,8 @@ fn note(
     limits: &Limits,
 ) -> Option<Note> {
     let (ratio, T) = gain_per_time(model, P, path)?;
-    let shown = slow.step_response(path, &[shown_for(rec, i)])[0] / slow.dc_gain()[path];
+    let end = shown_for(rec, i).min(settled_after(slow, path));
+    let shown = slow.step_response(path, &[end])[0] / slow.dc_gain()[path];
     if !shown.is_finite() || shown >= limits.X07 || shown < 0.0 {
         return None;
     }
@@ -80,6 +84,16 @@ fn shown_for(rec: &Record, i: usize) -> f64 {
         s.end - first
     };
     rec.segments().map(of).max().unwrap_or(0) as f64 * rec.Ts
+}
+
+/// Seconds after which a sampled response has settled to rounding: a long one need not be computed to its end.
+fn settled_after(model: &Model, path: usize) -> f64 {
+    let Model::Poly(m) = model else { return f64::INFINITY };
+    let slowest = m.poles().iter().map(|(re, im)| re.hypot(*im)).fold(0.0, f64::max);
+    if slowest >= 1.0 {
+        return f64::INFINITY;
+    }
+    (TIME_CONSTANTS / -slowest.ln() + (m.nk[path] + m.B[path].len()) as f64) * m.Ts
 }
 
 #[cfg(test)]

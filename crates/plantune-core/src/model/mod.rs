@@ -239,6 +239,14 @@ impl Model {
         Some(if im == 0.0 { format!("{re}") } else { format!("{re} ± {im}j") })
     }
 
+    /// The same with the offset `O`; of an integrating process model `O` is the drift per second.
+    pub fn simulate_with(&self, u: &[f64], nu: usize, Ts: f64, x0: f64, offset: f64) -> Result<Vec<f64>> {
+        let drifts = matches!(self, Model::Process(m) if m.integrating);
+        let level = |k: usize| if drifts { offset * Ts * k as f64 } else { offset };
+        let y = self.simulate(u, nu, Ts, x0)?;
+        Ok(y.into_iter().enumerate().map(|(k, y)| y + level(k)).collect())
+    }
+
     /// Simulated output over one segment.
     pub fn simulation(&self, u: &[f64], nu: usize, Ts: f64) -> Response {
         match self.sampled(Ts) {

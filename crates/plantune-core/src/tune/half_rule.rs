@@ -15,7 +15,8 @@
 //! (2003). The lag is the next larger one, but where a smaller one is closer and within a factor of 1.6. The
 //! rules for zeros ask for the delay that comes of them; where a short and a long one both agree with
 //! themselves, the short one is taken if SIMC on it keeps `Ms` below 2 on the plant. That is ours, and so is a
-//! damped pair: it is kept where it is the slowest, else it counts as a delay of `2 zeta T`.
+//! damped pair: it is kept where it is the slowest, else it counts as a delay of `2 zeta T`. Where one lag is asked
+//! for, a slowest pair of damping 0.7 on counts as two lags of `zeta T`, which have its first moment.
 
 use super::margins::margins;
 use super::rules::{Terms, simc};
@@ -29,6 +30,9 @@ const CLOSE: f64 = 1.599;
 
 /// A pair damped as well as this counts as two equal lags: roots of a polynomial give no more.
 const EQUAL: f64 = 0.99;
+
+/// A pair damped as well as this may stand for two lags: its step response overshoots by less than 5 %.
+const LAGLIKE: f64 = 0.7;
 
 /// Steps of the delay that the rules for zeros ask for, and give.
 const STEPS: usize = 50;
@@ -258,6 +262,10 @@ impl Factors {
             Ok(kept.sorted().process())
         };
         match self.pair {
+            Some((T, zeta)) if T >= slowest && !self.integrating && slots < 2 && zeta >= LAGLIKE => {
+                let lags = [self.lags.as_slice(), &[zeta * T; 2]].concat();
+                return Factors { pair: None, lags, ..self.clone() }.sorted().kept(order);
+            }
             Some((T, _)) if T >= slowest && !self.integrating => {
                 if slots < 2 {
                     return Err(unserved("its slowest poles are a damped pair")

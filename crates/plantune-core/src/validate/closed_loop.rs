@@ -20,12 +20,22 @@ const LONG: usize = 10;
 const OWN: usize = 5;
 const ERRORS: usize = 3;
 
+/// Largest relative change of an error that ends the rounds of the weights; it moves p by as little.
+const STILL: f64 = 1e-4;
+
 /// Rows per parameter below which nothing is said.
 const ROWS: usize = 4;
 
+/// Share of the travel of y below which errors are rounding.
+const EXACT: f64 = 1e-9;
+
 /// p-value of "no error of y moves input `i`"; 1 where the rows do not tell.
-pub fn p_of_feedback(rec: &Record, i: usize) -> f64 {
-    let (lagged, n) = (columns(rec.nu), LONG * (1 + rec.nu) + 1);
+///
+/// Where y answers u in the same row (`direct`), what u does then is no answer to e: the regression of y holds
+/// u(t), and e(t-1), e(t-2), e(t-3) take part.
+pub fn p_of_feedback(rec: &Record, i: usize, direct: bool) -> f64 {
+    let (lagged, latest) = (columns(rec.nu, direct), usize::from(direct));
+    let n = lagged.len();
     let regression = Regression::new(rec, 0, lagged);
     let (at, rows) = regression.all_rows();
     if at.len() < ROWS * n {
@@ -38,13 +48,19 @@ pub fn p_of_feedback(rec: &Record, i: usize) -> f64 {
     };
     let error = |row: &[f64]| row[n] - row.iter().zip(&model.theta).map(|(x, t)| x * t).sum::<f64>();
     let e: Vec<f64> = rows.chunks_exact(n + 1).map(error).collect();
+    let largest = |x: f64, y: f64| x.max(y.abs());
+    let travel = rows.chunks_exact(n + 1).map(|row| row[n]).fold(0.0, largest);
+    if e.iter().copied().fold(0.0, largest) <= EXACT * travel {
+        return 1.0; // rounding answers nothing
+    }
     let scale = regression.u[i];
     let mut of_u = Vec::with_capacity(at.len() * 10);
-    for p in ERRORS - 1..at.len() {
+    let back = latest + ERRORS - 1;
+    for p in back..at.len() {
         let t = at[p];
-        if at[p + 1 - ERRORS] + ERRORS - 1 == t {
+        if at[p - back] + back == t {
             of_u.extend((1..=OWN).map(|lag| scale.apply(rec.u_at(t - lag, i))).chain([1.0]));
-            of_u.extend((0..ERRORS).map(|lag| e[p - lag]));
+            of_u.extend((latest..=back).map(|lag| e[p - lag]));
             of_u.push(scale.apply(rec.u_at(t, i)));
         }
     }
@@ -68,15 +84,16 @@ fn plain(rec: &Record, i: usize) -> bool {
 const PLAIN: f64 = 1e-12;
 
 /// `[-y | u_i | 1]`.
-fn columns(nu: usize) -> Vec<Column> {
-    let inputs = (0..nu).flat_map(|i| (1..=LONG).map(move |lag| Column::Input(i, lag)));
+fn columns(nu: usize, direct: bool) -> Vec<Column> {
+    let first = usize::from(!direct);
+    let inputs = (0..nu).flat_map(|i| (first..=LONG).map(move |lag| Column::Input(i, lag)));
     (1..=LONG).map(Column::MinusOutput).chain(inputs).chain([Column::One]).collect()
 }
 
 /// p-value of the errors' coefficients under Huber's weights.
 fn p_of_last(rows: &[f64]) -> f64 {
     let n = OWN + 1 + ERRORS;
-    let Some(found) = huber(rows, n) else { return 1.0 };
+    let Some(found) = huber(rows, n, STILL) else { return 1.0 };
     let travel = rows.chunks_exact(n + 1).map(|row| row[n].abs()).fold(0.0, f64::max);
     if !(found.s > 1e-9 * travel) {
         return 1.0;

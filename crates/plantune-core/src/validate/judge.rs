@@ -79,7 +79,7 @@ fn compared(process: &Scores, delay: Delay, rival: &Rival, limits: &Limits) -> (
                 ),
             )
             .measured(poly.fit - process.fit, limits.V03)
-            .remedy("the plant is not first order: tune with more margin"),
+            .remedy("the plant is of higher order, or its level moves: tune with more margin"),
         );
     }
     let apart = (delay.L / delay.Ts - (*nk as f64 - 1.0)).abs();
@@ -97,7 +97,7 @@ fn compared(process: &Scores, delay: Delay, rival: &Rival, limits: &Limits) -> (
             )
             .at(Place::column("L"))
             .measured(apart, allowed)
-            .remedy("part of L stands for lags that one time constant cannot show"),
+            .remedy("part of L stands for lags that the process model does not show"),
         );
     }
     let so_far = (process.widening, delay.Ts);

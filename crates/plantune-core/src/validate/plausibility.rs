@@ -13,28 +13,33 @@ use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::Complex;
 use crate::model::{Model, PolyModel};
-use crate::note::Note;
+use crate::note::{Note, Place};
 use crate::poly::{at, roots};
 
 /// Standard deviations within which a root may lie elsewhere.
 const SURE: f64 = 2.0;
 
 /// A root with the standard deviation of its real part.
-struct Root {
-    z: Complex<f64>,
-    sd: f64,
+pub(super) struct Root {
+    pub(super) z: Complex<f64>,
+    pub(super) sd: f64,
 }
 
 /// Doubts about the roots of a model; `P` is the covariance of its parameters, and possibly more, row-major.
-pub fn plausible(model: &Model, P: Option<&[f64]>, limits: &Limits) -> Result<Vec<Note>> {
+///
+/// Of several inputs the one concerned is named, by its number where `inputs` has no name for it.
+pub fn plausible(model: &Model, P: Option<&[f64]>, inputs: &[String], limits: &Limits) -> Result<Vec<Note>> {
     let Model::Poly(model) = model else {
         return Ok(Vec::new());
     };
     check(model, P)?;
     let mut notes: Vec<Note> = Vec::new();
     for i in 0..model.B.len() {
-        let zero = wrong_way(model, i, P, limits);
+        let name = inputs.get(i).cloned().unwrap_or_else(|| format!("input {}", i + 1));
+        let of = |note: Note| if model.B.len() > 1 { named(note, &name) } else { note };
+        let zero = wrong_way(model, i, P, limits).map(of);
         let pole = alternating(model, i, P, limits);
+        let pole = if model.F[i].len() > 1 { pole.map(of) } else { pole };
         let pattern = (zero.is_some() && pole.is_some()).then(errors_in_variables);
         for note in [zero, pole, pattern].into_iter().flatten() {
             // Inputs share the poles of A.
@@ -44,6 +49,12 @@ pub fn plausible(model: &Model, P: Option<&[f64]>, limits: &Limits) -> Result<Ve
         }
     }
     Ok(notes)
+}
+
+/// The same note of one input.
+fn named(note: Note, input: &str) -> Note {
+    let text = format!("from {input}: {}", note.text);
+    Note { text, ..note }.at(Place::column(input))
 }
 
 fn check(model: &PolyModel, P: Option<&[f64]>) -> Result<()> {
@@ -112,13 +123,13 @@ fn written(z: Complex<f64>) -> String {
 }
 
 /// Zeros from input `i`; `theta` holds `a`, then `b` of each input.
-fn zeros(model: &PolyModel, i: usize, P: Option<&[f64]>) -> Vec<Root> {
+pub(super) fn zeros(model: &PolyModel, i: usize, P: Option<&[f64]>) -> Vec<Root> {
     let from = model.A.len() - 1 + model.B[..i].iter().map(Vec::len).sum::<usize>();
     with_sd(&model.B[i], 0, from, P)
 }
 
 /// Poles from input `i`: of `A`, and of its own `F`.
-fn poles(model: &PolyModel, i: usize, P: Option<&[f64]>) -> Vec<Root> {
+pub(super) fn poles(model: &PolyModel, i: usize, P: Option<&[f64]>) -> Vec<Root> {
     let free = |p: &Vec<f64>| p.len() - 1;
     let before = free(&model.A)
         + model.B.iter().map(Vec::len).sum::<usize>()

@@ -16,8 +16,10 @@
 //! held before, and no row is given away, for the rest is all that fixes the offset.
 //!
 //! Golub and Pereyra 1973; Kaufman 1975; source 001, 3.5.6; METHODS 2.2.
+mod again;
 mod chain;
 mod code;
+mod lower;
 mod noise;
 mod problem;
 mod profile;
@@ -26,6 +28,7 @@ mod search;
 mod starts;
 mod summary;
 
+pub use self::again::{Known, process_bootstrap, process_sandwich, robust_process};
 pub use self::code::Code;
 use self::problem::{Point, Problem};
 use super::fit::{Fit, standard_deviations};
@@ -56,6 +59,22 @@ pub fn p1d(rec: &Record, options: &ProcessOptions, limits: &Limits) -> Result<Fi
 
 /// Fits the structure of a code per input to the record's only output.
 pub fn process(rec: &Record, codes: &[Code], options: &ProcessOptions, limits: &Limits) -> Result<Fit> {
+    located(rec, codes, options, limits).map(|found| found.fit)
+}
+
+/// A fit, and where it was found.
+struct Located<'r, 'a> {
+    problem: Problem<'r, 'a>,
+    point: Point,
+    fit: Fit,
+}
+
+fn located<'r, 'a>(
+    rec: &'r Record<'a>,
+    codes: &[Code],
+    options: &ProcessOptions,
+    limits: &'r Limits,
+) -> Result<Located<'r, 'a>> {
     check(rec, codes, options, limits)?;
     check_input_motion(rec, limits)?;
     let mut problem = Problem::new(rec, codes, options, limits)?;
@@ -66,7 +85,7 @@ pub fn process(rec: &Record, codes: &[Code], options: &ProcessOptions, limits: &
             return Err(too_poor(rec, i, supported, LEAST_EXCITATION, limits));
         }
     }
-    let unrelated = |p: &Problem| p.no_relation(1.0);
+    let unrelated = |p: &Problem| p.unrelated(1.0);
     let mut best = problem.minimum().ok_or_else(|| unrelated(&problem))?;
     if problem.contradicts_rest(&best) {
         problem = problem.without_rest();
@@ -75,10 +94,11 @@ pub fn process(rec: &Record, codes: &[Code], options: &ProcessOptions, limits: &
     if options.noise != (0, 0) {
         best = problem.with_noise(options.noise, &best).ok_or_else(|| unrelated(&problem))?;
     }
-    match problem.as_pair(rec, options, limits, &best) {
-        Some(fit) => Ok(fit),
-        None => problem.fit(&best),
+    if let Some(pair) = problem.as_pair(rec, options, limits, &best) {
+        return Ok(pair);
     }
+    let fit = problem.fit(&best)?;
+    Ok(Located { problem, point: best, fit })
 }
 
 impl Problem<'_, '_> {
@@ -90,11 +110,17 @@ impl Problem<'_, '_> {
     }
 }
 
-impl Problem<'_, '_> {
+impl<'r, 'a> Problem<'r, 'a> {
     /// The fit of a pair `T^2 s^2 + 2 zeta T s + 1` in place of the two closest lags, if `zeta` is within two
     /// standard deviations of 1 or below: there the deviations of the two lags are without bound, those of `T`
     /// and `zeta` are not.
-    fn as_pair(&self, rec: &Record, options: &ProcessOptions, limits: &Limits, best: &Point) -> Option<Fit> {
+    fn as_pair(
+        &self,
+        rec: &'r Record<'a>,
+        options: &ProcessOptions,
+        limits: &'r Limits,
+        best: &Point,
+    ) -> Option<Located<'r, 'a>> {
         let [code] = self.codes[..] else { return None };
         if code.pair || code.lags < 2 {
             return None;
@@ -113,7 +139,8 @@ impl Problem<'_, '_> {
             problem = problem.without_rest();
         }
         problem.noise = self.noise;
-        let mut fit = problem.fit(&problem.search(x)?).ok()?;
+        let point = problem.search(x)?;
+        let mut fit = problem.fit(&point).ok()?;
         let k = fit.names.iter().position(|name| name == "zeta")?;
         let sd = standard_deviations(&fit.P, fit.theta.len())[k];
         if fit.theta[k] - 2.0 * sd > 1.0 {
@@ -128,7 +155,7 @@ impl Problem<'_, '_> {
                 rounded(sd)
             ),
         ));
-        Some(fit)
+        Some(Located { problem, point, fit })
     }
 }
 

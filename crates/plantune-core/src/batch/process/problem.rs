@@ -41,6 +41,7 @@ pub(super) struct Problem<'r, 'a> {
 }
 
 /// A segment, and whether its plant was at rest before it.
+#[derive(Clone)]
 pub(super) struct Stretch {
     pub(super) rows: Range<usize>,
     pub(super) at_rest: bool,
@@ -236,8 +237,21 @@ impl<'r, 'a> Problem<'r, 'a> {
 
     /// Triangle of `[K, K Tz, …, O | ln T …, ln zeta, L, …, c, d | y]` over all segments, states eliminated.
     pub(super) fn full(&self, point: &Point, linear: &Linear) -> Option<Triangle> {
-        let (chains, noise) = (self.chains(point, true), self.noise_at(point)?);
         let mut problem = Segmented::new(self.locals(), self.parameters());
+        self.each_stretch(point, linear, |s, columns| {
+            problem.push(self.triangle(s, point.history, columns));
+        })?;
+        Some(problem.common().clone())
+    }
+
+    /// Hands `[states | K, K Tz, …, O | ln T …, ln zeta, L, …, c, d | y]` of each stretch over, made white.
+    pub(super) fn each_stretch(
+        &self,
+        point: &Point,
+        linear: &Linear,
+        mut take: impl FnMut(&Stretch, &[Cow<'_, [f64]>]),
+    ) -> Option<()> {
+        let (chains, noise) = (self.chains(point, true), self.noise_at(point)?);
         for ((s, x0), own) in self.stretches(point.history).zip(&linear.x0).zip(&linear.columns) {
             let y = self.measured(s, point.history);
             let slopes = self.derivatives(s, point.history, &chains, linear, x0);
@@ -246,9 +260,9 @@ impl<'r, 'a> Problem<'r, 'a> {
                 white.extend(noise.derivatives(&errors(own, y, linear, x0)).into_iter().map(Cow::Owned));
             }
             white.extend(noise.whitened([y].into_iter()));
-            problem.push(self.triangle(s, point.history, &white));
+            take(s, &white);
         }
-        Some(problem.common().clone())
+        Some(())
     }
 
     /// Errors of each stretch at a point, before the noise model.
@@ -346,6 +360,9 @@ impl<'r, 'a> Problem<'r, 'a> {
             for (j, column) in columns.iter().enumerate() {
                 block.next_rows(j, run).copy_from_slice(&column[k - first..][..run]);
             }
+            if let Some(weights) = self.rec.weights {
+                block.weigh(&weights[k..k + run]);
+            }
             block.grow(run);
             k += run;
         }
@@ -369,6 +386,18 @@ impl<'r, 'a> Problem<'r, 'a> {
         }
         let exact = 1e-20 * dot(&self.y, &self.y);
         sum > exact && sum / f64::from(count) > 2.0 * cost / self.rows(point.history) as f64
+    }
+
+    /// The same data under other codes.
+    pub(super) fn with_codes(&self, codes: Vec<Code>) -> Self {
+        Problem {
+            codes,
+            u: self.u.clone(),
+            y: self.y.clone(),
+            scale_u: self.scale_u.clone(),
+            stretches: self.stretches.clone(),
+            ..*self
+        }
     }
 
     /// Takes no segment as at rest.

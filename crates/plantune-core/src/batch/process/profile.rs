@@ -9,6 +9,7 @@
 //! that trades with such a delay. The factor 1.1 is measured, not derived: without it 92 to 94 % are covered.
 //! METHODS 2.4.
 
+use super::super::fit::WIDTH;
 use super::problem::{Point, Problem};
 use super::search::Stop;
 use crate::linalg::dot;
@@ -22,9 +23,6 @@ const NEAR: f64 = 0.05;
 
 /// Most heights tried for an end.
 const MOST_TRIES: usize = 12;
-
-/// Half width of a 95 % interval in standard deviations.
-pub(super) const WIDTH: f64 = 1.96;
 
 /// A 95 % interval of one coordinate.
 #[derive(Clone, Copy, Debug)]

@@ -6,8 +6,8 @@ use super::problem::{MOST_MOVES, Point, Problem, Stretch};
 use crate::error::{Error, Result};
 use crate::linalg::{Triangle, dot, residual_norm2};
 use crate::model::{ProcessModel, sampled};
-use crate::note::Place;
-use crate::relation::{beyond, chance, follows_later};
+use crate::note::{Place, listed};
+use crate::relation::{beyond, chance, follows_some_later};
 use crate::stats::f_tail;
 
 /// p-value below which errors clearly follow the input.
@@ -17,15 +17,15 @@ impl Problem<'_, '_> {
     /// X04: what y does has nothing to do with u.
     pub(super) fn no_relation(&self, p: f64) -> Error {
         let rec = self.rec;
-        let inputs = rec.names[..rec.nu].join(", ");
-        Error::new(
-            "X04",
-            format!("no relation: {inputs} explains nothing of {} beyond chance", rec.names[rec.nu]),
-        )
-        .at(Place::column(&rec.names[rec.nu]))
-        .count(rec.N())
-        .measured(p, self.limits.X04)
-        .remedy("check that these two columns belong together; record with larger steps of the input")
+        let (verb, these) = if rec.nu > 1 { ("explain", "these") } else { ("explains", "these two") };
+        let (inputs, output) = (listed(&rec.names[..rec.nu]), &rec.names[rec.nu]);
+        Error::new("X04", format!("no relation: {inputs} {verb} nothing of {output} beyond chance"))
+            .at(Place::column(&rec.names[rec.nu]))
+            .count(rec.N())
+            .measured(p, self.limits.X04)
+            .remedy(format!(
+                "check that {these} columns belong together; record with larger steps of the input"
+            ))
     }
 
     /// Refuses a model that explains no more than the best of as many random inputs would (X04).
@@ -73,10 +73,10 @@ impl Problem<'_, '_> {
         sum
     }
 
-    fn unrelated(&self, p: f64) -> Error {
+    pub(super) fn unrelated(&self, p: f64) -> Error {
         let first = (self.limits.X05 * self.rec.N() as f64) as usize;
-        match follows_later(self.rec, 0, first) {
-            Some(lag) => beyond(self.rec, 0, lag, self.limits),
+        match follows_some_later(self.rec, first) {
+            Some((i, lag)) => beyond(self.rec, i, lag, self.limits),
             None => self.no_relation(p),
         }
     }

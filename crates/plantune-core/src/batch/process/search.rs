@@ -34,7 +34,8 @@ impl Stop {
 impl Problem<'_, '_> {
     /// The best minimum found from any start.
     pub(super) fn minimum(&self) -> Option<Point> {
-        let minima: Vec<Point> = self.starts().into_iter().filter_map(|x| self.search(x)).collect();
+        let starts = self.starts().into_iter().chain(self.smaller_starts());
+        let minima: Vec<Point> = starts.filter_map(|x| self.search(x)).collect();
         let best = self.best(&minima)?;
         // On its way down in delay a search gives away rows that its end does not need.
         let again = self.search(best.x.clone());

@@ -1,14 +1,14 @@
 //! From the minimum of a process fit to models, intervals and doubts, in the record's units.
 
-use super::super::fit::{Fit, Status, standard_deviations};
+use super::super::fit::{Fit, Status, WIDTH, standard_deviations};
 use super::super::orders::too_short;
 use super::super::sampling::sampling;
 use super::super::settled::of_process;
 use super::RANK_TOLERANCE;
 use super::problem::{DRIFT_ROWS, Linear, Point, Problem, Stretch};
-use super::profile::{Interval, WIDTH};
-use crate::error::Result;
-use crate::linalg::{Solution, congruence, solve};
+use super::profile::Interval;
+use crate::error::{Error, Result};
+use crate::linalg::{RankDeficient, Solution, congruence, solve};
 use crate::model::derived::Covariance;
 use crate::model::{Model, PolyModel, ProcessModel, sampled};
 use crate::note::{Note, Place, rounded};
@@ -29,7 +29,7 @@ impl Problem<'_, '_> {
         let doubt = self.check_sampling(best, &plants, rss, N - parameters)?;
         let every: Vec<usize> = self.told_apart();
         let solution =
-            solve(&all, &every, self.parameters(), RANK_TOLERANCE).map_err(|_| self.no_relation(1.0))?;
+            solve(&all, &every, self.parameters(), RANK_TOLERANCE).map_err(|e| self.too_large(&e))?;
         let s2 = rss / (N - parameters) as f64;
         let mut P = self.covariance(&solution, &every, s2, best, &linear);
         let theta: Vec<f64> = plants.iter().zip(&self.codes).flat_map(|(p, c)| c.theta(p)).collect();
@@ -68,6 +68,18 @@ impl Problem<'_, '_> {
         .finite()
     }
 
+    /// X10: parameters that the data do not tell apart, such as a lag that is none.
+    fn too_large(&self, refusal: &RankDeficient) -> Error {
+        if self.codes.iter().all(|code| code.states() < 2) {
+            return self.unrelated(1.0);
+        }
+        Error::new("X10", "the structure is too large: a smaller one fits as well")
+            .at(Place::column(self.rec.input_name(0)))
+            .count(refusal.dependent.len())
+            .measured(refusal.ratio, RANK_TOLERANCE)
+            .remedy("ask for a lag or a zero less")
+    }
+
     /// All inputs and the noise as one difference equation; not needed for one input with white noise.
     fn sampled(&self, best: &Point, plants: &[ProcessModel]) -> Option<PolyModel> {
         if plants.len() == 1 && self.noise == (0, 0) {
@@ -89,7 +101,7 @@ impl Problem<'_, '_> {
 
     /// Columns of the full triangle that data can tell apart: not the delay where the output jumps with the
     /// input, for within a sample it changes nothing that gain and zero do not.
-    fn told_apart(&self) -> Vec<usize> {
+    pub(super) fn told_apart(&self) -> Vec<usize> {
         let blind = (0..self.codes.len()).filter(|&i| self.codes[i].jumps());
         let blind: Vec<usize> = blind.filter_map(|i| self.place_of_L(i)).collect();
         let told = |&j: &usize| j < self.linear() || !blind.contains(&(j - self.linear()));
@@ -107,7 +119,7 @@ impl Problem<'_, '_> {
         self.scale_u[i].factor / self.scale_y.factor / time
     }
 
-    fn plants(&self, best: &Point, linear: &Linear) -> Vec<ProcessModel> {
+    pub(super) fn plants(&self, best: &Point, linear: &Linear) -> Vec<ProcessModel> {
         let plant = |i: usize| {
             let own = &linear.theta[self.gain_column(i)..];
             let Tz = if self.codes[i].zero { own[1] / own[0] * self.rec.Ts } else { 0.0 };
@@ -127,7 +139,7 @@ impl Problem<'_, '_> {
     }
 
     /// `O` in `y = sum G u + O`; with an integrator the drift, per second.
-    fn offset_of(&self, plants: &[ProcessModel], linear: &Linear) -> f64 {
+    pub(super) fn offset_of(&self, plants: &[ProcessModel], linear: &Linear) -> f64 {
         if !self.offset {
             return 0.0;
         }
@@ -158,6 +170,22 @@ impl Problem<'_, '_> {
         best: &Point,
         linear: &Linear,
     ) -> Vec<f64> {
+        let inverse: Vec<f64> = solution.inverse_gram.iter().map(|x| s2 * x).collect();
+        self.in_units(&inverse, columns, best, linear)
+    }
+
+    /// The covariance of theta and `O` from that of `columns` of the full triangle.
+    pub(super) fn in_units(&self, P: &[f64], columns: &[usize], best: &Point, linear: &Linear) -> Vec<f64> {
+        let place: Vec<Option<usize>> =
+            (0..self.parameters()).map(|j| columns.iter().position(|c| *c == j)).collect();
+        congruence(&self.derivatives_of_theta(best, linear), |i, j| match (place[i], place[j]) {
+            (Some(i), Some(j)) => P[i * columns.len() + j],
+            _ => 0.0,
+        })
+    }
+
+    /// Rows of derivatives of theta and `O` by the columns of the full triangle.
+    fn derivatives_of_theta(&self, best: &Point, linear: &Linear) -> Vec<Vec<f64>> {
         let (all, Ts) = (self.parameters(), self.rec.Ts);
         let row = |entries: &[(usize, f64)]| {
             let mut row = vec![0.0; all];
@@ -183,11 +211,7 @@ impl Problem<'_, '_> {
             entries.push((self.linear() - 1, self.offset_unit()));
             map.push(row(&entries));
         }
-        let place: Vec<Option<usize>> = (0..all).map(|j| columns.iter().position(|c| *c == j)).collect();
-        congruence(&map, |i, j| match (place[i], place[j]) {
-            (Some(i), Some(j)) => s2 * solution.inverse_gram[i * columns.len() + j],
-            _ => 0.0,
-        })
+        map
     }
 
     /// Intervals by the profile where the delta rule does not hold; `P` is brought to their widths.

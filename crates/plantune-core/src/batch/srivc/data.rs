@@ -18,9 +18,6 @@ use crate::record::{Record, Scale};
 /// Pivots below this share mean that the data do not tell parameters apart.
 const RANK_TOLERANCE: f64 = 1e-13;
 
-/// Relative change of `a` at which rounds end.
-const SMALL: f64 = 1e-9;
-
 /// Centred and scaled columns, time in samples.
 pub(super) struct Data {
     pub(super) n: usize,
@@ -32,6 +29,13 @@ pub(super) struct Data {
     pub(super) y_scale: Scale,
     /// A segment, and rows in it at which y counts.
     pub(super) stretches: Vec<(Range<usize>, Range<usize>)>,
+}
+
+/// Rounds at one dead time: the most, and the relative change of `a` that ends them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rounds {
+    pub(super) most: usize,
+    pub(super) rest: f64,
 }
 
 /// A model at one dead time.
@@ -85,15 +89,15 @@ impl Data {
         self.stretches.iter().map(|run| self.used(run, history).len()).sum()
     }
 
-    /// Rounds from `a` at one dead time, until `a` rests or `most` are done.
-    pub(super) fn at_delay(&self, L: f64, a: &[f64], most: usize, history: usize) -> Option<Point> {
+    /// Rounds from `a` at one dead time, until `a` rests or the most are done.
+    pub(super) fn at_delay(&self, L: f64, a: &[f64], rounds: Rounds, history: usize) -> Option<Point> {
         let (mut a, mut b, mut moved) = (a.to_vec(), None, f64::INFINITY);
-        for _ in 0..most {
+        for _ in 0..rounds.most {
             let (new, numerator) = self.round(&a, b.as_deref(), L, history)?;
             let first = b.is_none();
             moved = new.iter().zip(&a).map(|(new, a)| ((new - a) / a).abs()).fold(0.0, f64::max);
             (a, b) = (new, Some(numerator));
-            if moved < SMALL && !first {
+            if moved < rounds.rest && !first {
                 break;
             }
         }
@@ -196,7 +200,7 @@ impl Data {
         self.stretches.iter().map(one).collect()
     }
 
-    /// `(J'J)^-1` of `a, b, O, L`.
+    /// `(J'J)^-1` of `a, b, O, L`, and the step of Gauss and Newton in `a` and `L`.
     pub(super) fn information(&self, point: &Point, history: usize) -> Option<Solution> {
         let R = self.gradient(point, history)?;
         let every: Vec<usize> = (0..R.n() - 1).collect();

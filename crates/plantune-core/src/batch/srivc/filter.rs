@@ -5,7 +5,14 @@
 //! signal late by `L = m + 1 - f` samples acts with its newer value over the last `f` of a sample. Time counts
 //! in samples.
 
+use super::HIGHEST;
 use crate::linalg::exponential;
+
+/// What is left of a unit that has died out.
+const DEAD: f64 = 1e-30;
+
+/// The state `z^(n-1) … z`, as far as the order goes.
+type State = [f64; HIGHEST];
 
 /// `1/A(s)` over samples.
 pub(super) struct Filter<'a> {
@@ -27,12 +34,12 @@ impl<'a> Filter<'a> {
 
     /// `z … z^(n)` of `z = v / A` from rest, `(N, n+1)`; `v` linear between samples.
     pub(super) fn linear(&self, v: &[f64]) -> Vec<f64> {
-        let mut x = vec![0.0; self.a.len()];
-        let mut rows = Vec::with_capacity(v.len() * (x.len() + 1));
+        let mut x: State = [0.0; HIGHEST];
+        let mut rows = Vec::with_capacity(v.len() * (self.a.len() + 1));
         for k in 0..v.len() {
             if k > 0 {
                 let (value, rise) = (v[k - 1], v[k] - v[k - 1]);
-                x = self.next(&x, |i| self.held[i] * value + self.ramp[i] * rise);
+                x = self.next(x, |i| self.held[i] * value + self.ramp[i] * rise);
             }
             self.push(&mut rows, &x, v[k]);
         }
@@ -47,44 +54,51 @@ impl<'a> Filter<'a> {
         let newer: Vec<f64> = over(self.a, f).chunks(n + 2).take(n).map(|row| row[n]).collect();
         let at = |k: usize, lag: usize| v[k.saturating_sub(lag)];
         let m = m as usize;
-        let mut x = vec![0.0; n];
+        let mut x: State = [0.0; HIGHEST];
         let mut rows = Vec::with_capacity(v.len() * (n + 1));
         for k in 0..v.len() {
             if k > 0 {
                 let (new, old) = (at(k - 1, m), at(k - 1, m + 1));
-                x = self.next(&x, |i| newer[i] * new + (self.held[i] - newer[i]) * old);
+                x = self.next(x, |i| newer[i] * new + (self.held[i] - newer[i]) * old);
             }
             self.push(&mut rows, &x, if f > 1.0 - 1e-9 { at(k, m) } else { at(k, m + 1) });
         }
         rows
     }
 
-    /// `z` from each unit state, `(N, n)`.
+    /// `z` from each unit state, `(N, n)`; nothing once it has died out, for numbers near zero are slow.
     pub(super) fn free(&self, N: usize) -> Vec<f64> {
         let n = self.a.len();
         let mut rows = vec![0.0; N * n];
         for j in 0..n {
-            let mut x = vec![0.0; n];
+            let mut x: State = [0.0; HIGHEST];
             x[j] = 1.0;
             for k in 0..N {
+                if x.iter().all(|x| x.abs() < DEAD) {
+                    break;
+                }
                 rows[k * n + j] = x[n - 1];
-                x = self.next(&x, |_| 0.0);
+                x = self.next(x, |_| 0.0);
             }
         }
         rows
     }
 
-    fn next(&self, x: &[f64], drive: impl Fn(usize) -> f64) -> Vec<f64> {
-        let own = |row: &[f64]| row.iter().zip(x).map(|(m, x)| m * x).sum::<f64>();
-        self.step.chunks(x.len()).enumerate().map(|(i, row)| own(row) + drive(i)).collect()
+    fn next(&self, x: State, drive: impl Fn(usize) -> f64) -> State {
+        let n = self.a.len();
+        let mut next = [0.0; HIGHEST];
+        for (i, row) in self.step.chunks_exact(n).enumerate() {
+            next[i] = drive(i) + row.iter().zip(&x).map(|(m, x)| m * x).sum::<f64>();
+        }
+        next
     }
 
     /// Appends `z … z^(n)` of the state `z^(n-1) … z`; `a_n z^(n) = v - z - … - a_(n-1) z^(n-1)`.
-    fn push(&self, rows: &mut Vec<f64>, x: &[f64], v: f64) {
-        let first = rows.len();
-        rows.extend(x.iter().rev());
+    fn push(&self, rows: &mut Vec<f64>, x: &State, v: f64) {
+        let (first, n) = (rows.len(), self.a.len());
+        rows.extend(x[..n].iter().rev());
         let below: f64 = rows[first + 1..].iter().zip(self.a).map(|(z, a)| a * z).sum();
-        rows.push((v - rows[first] - below) / self.a[x.len() - 1]);
+        rows.push((v - rows[first] - below) / self.a[n - 1]);
     }
 }
 
