@@ -78,7 +78,7 @@ class Run:
     >>> import plantune as pt
     >>> run = pt.job.run(pt.datasets.hair_dryer())
     >>> run.findings["delay"].nk, {name: round(v.fit) for name, v in run.verdicts.items()}
-    (3, {'ARX': 85, 'OE': 86, 'ARMAX': 86, 'P1D': 82})
+    (3, {'ARX': 85, 'OE': 86, 'ARMAX': 86, 'P1D': 82, 'P2D': 86})
     >>> run.trusted, run.tunings[0].rule
     ('ARX', 'IMC-PI, gain_margin = 3')
     """
@@ -104,7 +104,7 @@ class Run:
         --------
         >>> import plantune as pt
         >>> pt.job.run(pt.datasets.hair_dryer()).relied
-        ('ARX', 'P1D')
+        ('ARX', 'P2D')
         """
         return tuple(dict.fromkeys((self.trusted, self.chosen.method)))
 
@@ -161,9 +161,11 @@ class Run:
         >>> for note, origins in run.named_notes().items():
         ...     print(note.code, note.text[:34], origins)
         V10 ARX is trusted: it simulates 495 r ('run',)
-        M08 P1D: residuals are not white: 11 l ('P1D judged',)
-        V02 P1D: residuals still follow power: ('P1D judged',)
-        V05 P1D: standard deviations are widen ('P1D for the settings',)
+        V15 a second lag is needed: P2D simula ('run',)
+        M08 P2D: residuals are not white: 19 l ('P2D judged',)
+        V13 P2D: the level moved by 0.0982: wi ('P2D judged',)
+        V05 P2D: standard deviations are widen ('P2D for the settings',)
+        T05 settings are those for G(s) = 0.93 ('IMC-PI, gain margin = 3',)
         """
         found: dict[Note, list[tuple[str, str]]] = {}
         for origin, model, part in self._parts():
