@@ -59,13 +59,14 @@ def predicted(psi, R, fit="white"):
     return np.sqrt(np.diag(np.linalg.inv(psi.T @ np.linalg.solve(R, psi))))
 
 
-def estimate(y, u, t, stamps, p0, rounds=40, start=False):
-    """Fit K, T, L, O by Levenberg-Marquardt from p0; K and O are solved for at each T and L."""
+def estimate(y, u, t, stamps, p0, rounds=40, start=False, more=()):
+    """Fit K, T, L, O by Levenberg-Marquardt from p0; K, O and `more` columns are solved for."""
     T, L = p0[1], p0[2]
 
     def solve(T, L):
         unit = response((1.0, T, L, 0.0), u, t, stamps)
         cols = [unit, np.ones(len(y))] + ([np.exp(-(stamps - stamps[0]) / T)] if start else [])
+        cols += list(more)
         X = np.column_stack(cols)
         theta = np.linalg.lstsq(X, y, rcond=None)[0]
         return theta, y - X @ theta, X
@@ -78,7 +79,7 @@ def estimate(y, u, t, stamps, p0, rounds=40, start=False):
             psi[:, 0] += theta[2] * np.exp(-(stamps - stamps[0]) / T) * (stamps - stamps[0]) / T
         psi = psi - X @ np.linalg.lstsq(X, psi, rcond=None)[0]  # what K and O cannot do
         H, g = psi.T @ psi, psi.T @ eps
-        step = np.linalg.solve(H + mu * np.diag(np.diag(H)), g)
+        step = np.linalg.lstsq(H + mu * np.diag(np.diag(H)), g, rcond=None)[0]
         T_new, L_new = T * np.exp(np.clip(step[0], -1, 1)), max(0.0, L + step[1])
         theta_new, eps_new, X_new = solve(T_new, L_new)
         if eps_new @ eps_new <= eps @ eps:
