@@ -2,7 +2,7 @@
 
     raw           arg max |R_yu(l)|, R_yu(l) = sum y(n) u(n - l)              source 001, (3.5-35)
     pre-whitened  A(q) u = w by an AR model of u; both filtered by A; the first lag at which
-                  |r(l)| leaves the band z/sqrt(N) of no relation               Box & Jenkins, ch. 11
+                  |r(l)| leaves the band z/sqrt(N) of no relation              Box & Jenkins, 11
     ARX scan      least BIC over orders and nk                     source 001, 3.5.4 b (`delayest`)
     OE scan       the same with output-error models, by Gauss-Newton     source 001, 3.5.4 c
     impulse       the number of dead taps with the most evidence, `impulse.dead_taps`
@@ -85,7 +85,9 @@ def oe_cost(u, y, n, nk, first, f0):
         F = np.concatenate([[1.0], f])
         pulse = np.zeros(N)
         pulse[0] = 1.0
-        back = [lfilter([1.0], F, np.concatenate([np.zeros(i), shifted[: N - i]])) for i in range(n)]
+        back = [
+            lfilter([1.0], F, np.concatenate([np.zeros(i), shifted[: N - i]])) for i in range(n)
+        ]
         free = [lfilter([1.0], F, np.concatenate([np.zeros(i), pulse[: N - i]])) for i in range(n)]
         return np.column_stack([*back, *free, np.ones(N)])[first:]
 

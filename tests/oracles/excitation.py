@@ -1,15 +1,15 @@
 """Test signals: PRBS, GBN, multisine, chirp, staircase, and what they excite.
 
-    PRBS        shift register of n bits, x_k = x_(k-n) xor x_(k-n+tap), period M = 2^n - 1;
-                periodic autocorrelation 1 at 0 and -1/M elsewhere (levels +-1)
-                held for h samples: line spectrum ~ sinc^2(w h/2), first zero at 2 pi/(h Ts)
-    GBN         level changes at each sample with probability p; r(l) = (1 - 2 p)^|l|; Tulleken 1990
-    multisine   u = sum A_k cos(2 pi k t/N + phi_k); Schroeder phi_k = -pi k (k - 1)/F,
-                or drawn: crest max|u|/rms about 1.7, or 3 to 4
-    chirp       u = A sin(2 pi (f0 t + (f1 - f0) t^2/(2 T)))
-    order of persistent excitation: the rank of the covariance of [u(t-1) ... u(t-n)], centred;
-                a sum of F sines has 2 F (a line at pi counts 1)                Ljung 1999, 13.2
-    clock of a PRBS for K, T, L: 0.8 to 1.6 (T + L)                         METHODS 8, pitfall 8
+PRBS        shift register of n bits, x_k = x_(k-n) xor x_(k-n+tap), period M = 2^n - 1;
+            periodic autocorrelation 1 at 0 and -1/M elsewhere (levels +-1)
+            held for h samples: line spectrum ~ sinc^2(w h/2), first zero at 2 pi/(h Ts)
+GBN         level changes at each sample with probability p; r(l) = (1 - 2 p)^|l|; Tulleken 1990
+multisine   u = sum A_k cos(2 pi k t/N + phi_k); Schroeder phi_k = -pi k (k - 1)/F,
+            or drawn: crest max|u|/rms about 1.7, or 3 to 4
+chirp       u = A sin(2 pi (f0 t + (f1 - f0) t^2/(2 T)))
+order of persistent excitation: the rank of the covariance of [u(t-1) ... u(t-n)], centred;
+            a sum of F sines has 2 F (a line at pi counts 1)                Ljung 1999, 13.2
+clock of a PRBS for K, T, L: 0.8 to 1.6 (T + L)                         METHODS 8, pitfall 8
 """
 
 import numpy as np
@@ -75,14 +75,18 @@ def held_spectrum(base, hold):
     w = 2 * np.pi * np.arange(N) / N
     X = np.fft.fft(base)[np.arange(N) % len(base)]
     sinc = np.where(
-        np.isclose(np.sin(w / 2), 0), hold, np.sin(hold * w / 2) / np.where(w == 0, 1, np.sin(w / 2))
+        np.isclose(np.sin(w / 2), 0),
+        hold,
+        np.sin(hold * w / 2) / np.where(w == 0, 1, np.sin(w / 2)),
     )
     return np.abs(X) ** 2 * sinc**2 / N
 
 
 def order(u, n_max, tolerance=1e-5):
-    """Return the largest n <= n_max for which the centred, scaled input Hankel has full rank (X02)."""
+    """Return the largest n <= n_max for which the centred, scaled Hankel has full rank (X02)."""
     u = u - u.mean()
+    if not np.any(u):
+        return 0
     for n in range(n_max, 0, -1):
         H = np.column_stack([u[n - 1 - i : len(u) - i] for i in range(n)])
         H = H - H.mean(axis=0)

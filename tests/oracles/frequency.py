@@ -1,13 +1,13 @@
 """Frequency response from a record: ETFE, smoothed ETFE, Welch, Blackman-Tukey; bands.
 
-    ETFE        G(w_k) = Y(w_k)/U(w_k)                                   source 001, (3.5-38)
-    smoothed    G = sum_j W(j) Y U*/sum_j W(j) |U|^2 over neighbouring lines (Hann, 2 half + 1 wide)
-    spa         G = S_yu/S_u, S by a Hann lag window of width M; Ljung 1999, 6.4
-    Welch       the same with S averaged over half-overlapping Hann segments
-    coherence   g2 = |S_yu|^2/(S_u S_y); disturbance S_v = S_y (1 - g2)
-    band        var G = r (1 - g2)/(g2) |G|^2 / (1 - r), r the variance ratio of the averaging
-                (1/segments in effect); |G| and its complex error: 2 real parts, each half
-    S_yu(w) = sum_l R_yu(l) h(l) e^(-i w l Ts), R_yu(l) = mean y(t + l) u(t)
+ETFE        G(w_k) = Y(w_k)/U(w_k)                                   source 001, (3.5-38)
+smoothed    G = sum_j W(j) Y U*/sum_j W(j) |U|^2 over neighbouring lines (Hann, 2 half + 1 wide)
+spa         G = S_yu/S_u, S by a Hann lag window of width M; Ljung 1999, 6.4
+Welch       the same with S averaged over half-overlapping Hann segments
+coherence   g2 = |S_yu|^2/(S_u S_y); disturbance S_v = S_y (1 - g2)
+band        var G = r (1 - g2)/(g2) |G|^2 / (1 - r), r the variance ratio of the averaging
+            (1/segments in effect); |G| and its complex error: 2 real parts, each half
+S_yu(w) = sum_l R_yu(l) h(l) e^(-i w l Ts), R_yu(l) = mean y(t + l) u(t)
 """
 
 import numpy as np

@@ -12,6 +12,7 @@ Everything is computed on the N x N covariance of y, the long way round: no thin
 Chen, Ohlsson & Ljung, Automatica 48, 2012; Chen & Ljung, Automatica 49, 2013; METHODS 2.3.
 """
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -36,7 +37,7 @@ def kernel(kind, n, lam, rho=0.0, dead=0):
 def rows(u, y, n, starts=(0,)):
     """Return Phi (N, n) and y at the rows whose n past inputs lie in their segment."""
     edges = [*starts, len(y)]
-    keep = [t for a, b in zip(edges[:-1], edges[1:], strict=True) for t in range(a + n, b)]
+    keep = [t for a, b in pairwise(edges) for t in range(a + n, b)]
     return np.array([[u[t - k] for k in range(1, n + 1)] for t in keep]), np.asarray(y)[keep]
 
 
@@ -55,9 +56,10 @@ def without_level(Phi, y):
     return Q.T @ Phi, Q.T @ y
 
 
-def evidence(Phi, y, K):
+def evidence(Phi, y, K, level=True):
     """Return -2 ln p (without constants) and s2; K = c times the kernel."""
-    Phi, y = without_level(Phi, y)
+    if level:
+        Phi, y = without_level(Phi, y)
     factor = cho_factor(np.eye(len(y)) + Phi @ K @ Phi.T, lower=True)
     s2 = y @ cho_solve(factor, y) / len(y)
     return len(y) * np.log(s2) + 2 * np.sum(np.log(np.diag(factor[0]))), s2
@@ -79,17 +81,21 @@ def fit(Phi, y, kind="tc", dead=0):
         lam, c = 1 / (1 + np.exp(-p[0])), np.exp(p[1])
         return lam, c, np.tanh(p[2]) if kind == "dc" else 0.0
 
+    P, v = without_level(Phi, y)
+
     def cost(p):
         lam, c, rho = unpack(p)
-        return evidence(Phi, y, c * kernel(kind, n, lam, rho, dead))[0]
+        return evidence(P, v, c * kernel(kind, n, lam, rho, dead), level=False)[0]
 
     best = None
     for lam in (0.6, 0.85, 0.96):
-        s2_rough = max(np.var(y), 1e-300)
-        start = [np.log(lam / (1 - lam)), np.log(size / s2_rough)]
+        start = [np.log(lam / (1 - lam)), np.log(size / np.var(y))]
         start += [np.arctanh(0.9)] if kind == "dc" else []
         found = minimize(
-            cost, start, method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-8, "maxiter": 600}
+            cost,
+            start,
+            method="Nelder-Mead",
+            options={"xatol": 1e-4, "fatol": 1e-8, "maxiter": 600},
         )
         if best is None or found.fun < best.fun:
             best = found

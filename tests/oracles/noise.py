@@ -1,13 +1,13 @@
 """Noise of a record: moments, histogram, autocorrelation, resolution, stationarity.
 
-    mean, rms, var = rms^2 - mean^2, SNR = 10 log10(rms^2/var)     source 001, (3.5-3) to (3.5-6)
-    R(l) = sum_(n>=l) x(n) x(n-l) / sum x(n)^2, x = y - mean        (3.5-7) to (3.5-9)
-    white:  |R(l)| < z/sqrt(N) for 95 % of the lags
-    bins    Freedman & Diaconis 1981: 2 IQR/N^(1/3) wide
-    resolution  the largest q of which every difference of neighbours is a multiple
-    stationarity between two parts: their means with the long-run variance s2 (1 + 2 sum R(l)),
-            their variances by log(var1/var2), whose variance is 2/Ne1 + 2/Ne2 with
-            Ne = N/(1 + 2 sum R(l)^2)
+mean, rms, var = rms^2 - mean^2, SNR = 10 log10(rms^2/var)     source 001, (3.5-3) to (3.5-6)
+R(l) = sum_(n>=l) x(n) x(n-l) / sum x(n)^2, x = y - mean        (3.5-7) to (3.5-9)
+white:  |R(l)| < z/sqrt(N) for 95 % of the lags
+bins    Freedman & Diaconis 1981: 2 IQR/N^(1/3) wide
+resolution  the largest q of which every difference of neighbours is a multiple
+stationarity between two parts: their means with the long-run variance s2 (1 + 2 sum R(l)),
+        their variances by log(var1/var2), whose variance is 2/Ne1 + 2/Ne2 with
+        Ne = N/(1 + 2 sum R(l)^2)
 """
 
 import numpy as np

@@ -3,7 +3,7 @@
     y(t) = G u(t) + O + sum_j h_j 1(t >= c_j) + v(t)
     scan      of residuals e of a fit:  for each c the gain in the sum of squares by one step,
               S(c) = (n1 n2/N) (mean2 - mean1)^2 / s2;   the largest S and where      Hinkley 1970
-    binary segmentation: split at the best c while S > limit, both parts again        Vostrikova 1981
+    binary segmentation: split at the best c while S > limit, both parts again       Vostrikova 1981
     limit     2 ln N + 3 (white e; false alarm about 1 %); coloured e: S divided by the ratio of
               the long-run variance to the variance, 1 + 2 sum R(l)
     refit     G, O and all h_j together (each step is one more column), then scan again

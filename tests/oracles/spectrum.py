@@ -1,14 +1,14 @@
 """Power spectral density: periodogram, Welch, Blackman-Tukey, all one-sided in y^2/(rad/s).
 
-    X(k)   = sum x(n) W^(k n), W = e^(-2 pi i/N)               source 001, (3.5-10), (3.5-11)
-    P(k w_s/N) = c |X(k)|^2/(w_s N), c = 2, at k = 0 and at N/2 c = 1        (3.5-13), (3.5-14)
-    sum P w_s/N = mean square                                   Parseval, (3.5-12)
-    Welch: mean over segments of n samples, overlap half, of the periodogram of window * x,
-           |.|^2 divided by w_s sum window^2; variance ratio 1/Ne,
-           1/Ne = sum over pairs of (w shifted . w)^2/(w . w)^2 / segments^2; ~ 11/9 K for Hann
-    Blackman-Tukey: P(w) = 2/w_s sum_|l|<=M window(l) R(l) e^(-i w l Ts), R biased;
-           variance ratio sum window^2/N; degrees of freedom 2 N/sum window^2
-    band: P Q(nu)/chi2, nu = 2/variance ratio
+X(k)   = sum x(n) W^(k n), W = e^(-2 pi i/N)               source 001, (3.5-10), (3.5-11)
+P(k w_s/N) = c |X(k)|^2/(w_s N), c = 2, at k = 0 and at N/2 c = 1        (3.5-13), (3.5-14)
+sum P w_s/N = mean square                                   Parseval, (3.5-12)
+Welch: mean over segments of n samples, overlap half, of the periodogram of window * x,
+       |.|^2 divided by w_s sum window^2; variance ratio 1/Ne,
+       1/Ne = sum over pairs of (w shifted . w)^2/(w . w)^2 / segments^2; 19/18 K for Hann
+Blackman-Tukey: P(w) = 2/w_s sum_|l|<=M window(l) R(l) e^(-i w l Ts), R biased;
+       variance ratio sum window^2/N; degrees of freedom 2 N/sum window^2
+band: P Q(nu)/chi2, nu = 2/variance ratio
 """
 
 import numpy as np
@@ -61,7 +61,9 @@ def blackman_tukey(x, Ts, M, w):
     x = x - np.mean(x)
     h = lag_window(M)
     R = np.array([covariance(x, x, l) for l in range(M + 1)])
-    P = np.array([h[0] * R[0] + 2 * np.sum(h[1:] * R[1:] * np.cos(v * Ts * np.arange(1, M + 1))) for v in w])
+    P = np.array(
+        [h[0] * R[0] + 2 * np.sum(h[1:] * R[1:] * np.cos(v * Ts * np.arange(1, M + 1))) for v in w]
+    )
     return 2 * P * Ts / (2 * np.pi), (h[0] ** 2 + 2 * np.sum(h[1:] ** 2)) / len(x)
 
 

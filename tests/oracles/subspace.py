@@ -12,17 +12,18 @@
     B, D by "simulation"  y is linear in B, D, x(0) and O once A and C are known
     Kalman gain       of Q, S, R of the residuals of [X(i+1); y(i)] on [X(i); Uf]
     frequency data    rows z^i G(z) over rows z^i I, real and imaginary parts; McKelvey, Akcay &
-                      Ljung, IEEE TAC 41, 1996; z is first turned so that its logs spread over the circle
+                      Ljung, IEEE TAC 41, 1996; z is first moved so that it spreads over the circle
 
 Verhaegen 1994; Van Overschee & De Moor 1996, 4.3 and 4.4; SLICOT IB01AD, IB01BD.
 Everything as printed, with explicit projections; nothing recursive.
 """
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
 from numpy.linalg import lstsq, pinv, qr, solve, svd
-from scipy.linalg import schur, solve_discrete_are
+from scipy.linalg import cholesky, schur, solve_discrete_are, solve_discrete_lyapunov
 
 
 def hankel(x, first, rows, N):
@@ -34,12 +35,10 @@ def blocks(u, y, s, starts=(0,)):
     """Return Uf, Up, Yp, Yf; the columns of all segments side by side."""
     edges = [*starts, len(y)]
     parts = []
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in pairwise(edges):
         N = b - a - 2 * s + 1
         if N > 0:
-            parts.append(
-                [hankel(x, a + f, s, N) for x, f in ((u, s), (u, 0), (y, 0), (y, s))]
-            )
+            parts.append([hankel(x, a + f, s, N) for x, f in ((u, s), (u, 0), (y, 0), (y, s))])
     return [np.hstack(p) for p in zip(*parts, strict=True)]
 
 
@@ -69,7 +68,7 @@ def a_and_c(W1, U, S, n, ny, scaled=True):
 
 
 def stable(A, limit=0.9999):
-    """Return A with its eigenvalues outside `limit` reflected (or drawn to it), same Schur vectors."""
+    """Return A, eigenvalues outside `limit` reflected or drawn to it, the same Schur vectors."""
     T, Z = schur(A, "complex")
     d = np.diag(T)
     r = np.maximum(np.abs(d), 1e-300)
@@ -134,7 +133,7 @@ def b_and_d_by_simulation(u, y, A, C, starts=(0,), direct=True, offset=True):
     """Return B, D, O and x0 (segments, n), the least squares fit of the simulated output."""
     n, m, ny = len(A), u.shape[1], len(C)
     edges = [*starts, len(y)]
-    segments = list(zip(edges[:-1], edges[1:], strict=True))
+    segments = list(pairwise(edges))
     zero_b, zero_d, none = np.zeros((n, m)), np.zeros((ny, m)), np.zeros(n)
     columns = []
     for i in range(n):
@@ -218,7 +217,9 @@ def markov(A, B, C, D, count):
 
 
 def freqresp(A, B, C, D, z):
-    return C @ solve(z[:, None, None] * np.eye(len(A)) - A, np.broadcast_to(B, (len(z), *B.shape))) + D
+    return (
+        C @ solve(z[:, None, None] * np.eye(len(A)) - A, np.broadcast_to(B, (len(z), *B.shape))) + D
+    )
 
 
 def from_frequency(z, G, n, q):
@@ -254,8 +255,6 @@ def from_frequency(z, G, n, q):
 
 def balanced(A, B, C, n):
     """Return the balanced truncation to order n, the Hankel values, and 2 sum of those cut off."""
-    from scipy.linalg import cholesky, solve_discrete_lyapunov
-
     P, Q = solve_discrete_lyapunov(A, B @ B.T), solve_discrete_lyapunov(A.T, C.T @ C)
     Lp, Lq = cholesky(P, lower=True), cholesky(Q, lower=True)
     U, h, Vt = svd(Lq.T @ Lp)
