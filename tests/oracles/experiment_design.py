@@ -20,7 +20,7 @@ import numpy as np
 
 
 def response(p, u, t, stamps):
-    """Return y at `stamps` of p = (K, T, L, O), resting under u[0] before t[0]; u acts from t on."""
+    """Return y at `stamps` of p = (K, T, L, O), resting under u[0] before; u acts from t on."""
     K, T, L, O = p
     du = np.diff(u)
     x = stamps[:, None] - t[None, 1:] - L
