@@ -191,7 +191,7 @@ def identify(u, y, n, s, method="moesp", by="simulation", starts=(0,), direct=Tr
 def by_past_states(u, y, n, s, method="n4sid"):
     """Return A, B, C, D of least squares on states that are combinations of the past.
 
-    X = S1^(-1/2) U1' W1 L32 L22^+ Wp; x(t+1) on x, u and y on x, u: what nfoursid and SIPPY do.
+    X = S1^(-1/2) U1' W1 L32 L22^+ Wp; x(t+1) on x, u and y on x, u: as open packages do.
     """
     m, ny = u.shape[1], y.shape[1]
     Uf, Up, Yp, Yf = blocks(u, y, s)
