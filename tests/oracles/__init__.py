@@ -15,4 +15,9 @@ form, `shaping` solves for one point of the frequency response and states rules,
 For step responses: `idt` holds the inverse digital transform of source 003 and its criterion,
 `step_starts` poles and areas at once, `step_modes` sums of exponentials by variable projection
 with numerical slopes, `step_process` a lag and a delay from rest at any time stamps.
+
+For seeing the data: `noise`, `spectrum`, `frequency` add up every term of their sums, `impulse`
+works on the whole covariance of y, `delay_ways` scans, `subspace` and `pbsid` project explicitly,
+`excitation` makes test signals, `experiment_design` predicts deviations, `compression`,
+`offset_steps`, `informative` and `irregular` look at what plant records do to a fit.
 """
