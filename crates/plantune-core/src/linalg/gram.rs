@@ -143,11 +143,10 @@ fn sums<S: Simd, const I: usize, const J: usize>(
         }
     }
     let tail = |i: usize, j: usize| x[i].1.iter().zip(y[j].1).map(|(x, y)| x * y).sum::<f64>();
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            if wanted(i, j) { simd.reduce_sum_f64s(sums[i][j]) + tail(i, j) } else { 0.0 }
-        })
-    })
+    let total = |i: usize, j: usize| {
+        if wanted(i, j) { simd.reduce_sum_f64s(sums[i][j]) + tail(i, j) } else { 0.0 }
+    };
+    std::array::from_fn(|i| std::array::from_fn(|j| total(i, j)))
 }
 
 #[cfg(test)]

@@ -123,7 +123,8 @@ impl Layout {
         let Orders { nc, nd, nf, nb, .. } = orders;
         let mut columns = Vec::with_capacity(self.states + orders.n() + 1);
         let mut take = |line: usize, lags: Range<usize>| columns.extend(lags.map(|lag| (line, lag)));
-        let divided = || self.paths.iter().zip(nf).filter_map(|(path, nf)| Some((path.divided.as_ref()?, *nf)));
+        let divided =
+            || self.paths.iter().zip(nf).filter_map(|(path, nf)| Some((path.divided.as_ref()?, *nf)));
         for (divided, nf) in divided() {
             divided.impulse.into_iter().for_each(|line| take(self.behind_noise(line), 0..nf));
         }

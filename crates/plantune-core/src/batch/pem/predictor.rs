@@ -24,8 +24,8 @@ use super::super::scores::Part;
 use super::layout::Layout;
 use super::lines::Lines;
 use crate::linalg::{
-    BLOCK, Block, Gram, MOST_STEPS, Minimum, Residuals, Segmented, TIE, Triangle, dot, minimise, residual_norm2, solve_damped,
-    vectorised,
+    BLOCK, Block, Gram, MOST_STEPS, Minimum, Residuals, Segmented, TIE, Triangle, dot, minimise,
+    residual_norm2, solve_damped, vectorised,
 };
 use crate::model::PolyModel;
 use crate::poly::{is_stable, reflected};
