@@ -57,12 +57,12 @@ impl Lines {
         &self.data[start..][..len]
     }
 
-    /// `sign x` as the last of the rows at hand, zeros before.
+    /// What `of` makes of `x` as the last of the rows at hand, zeros before.
     #[inline(always)]
-    pub(super) fn take(&mut self, line: usize, sign: f64, x: &[f64], len: usize) {
+    pub(super) fn take(&mut self, line: usize, of: impl Fn(f64) -> f64, x: &[f64], len: usize) {
         let (before, own) = self.rows(line, len).split_at_mut(len - x.len());
         before.fill(0.0);
-        own.iter_mut().zip(x).for_each(|(to, x)| *to = sign * x);
+        own.iter_mut().zip(x).for_each(|(to, x)| *to = of(*x));
     }
 
     /// The impulse at row `at` of those at hand.

@@ -17,15 +17,18 @@
 //!
 //! Ljung 1999, (7.19) and 10.3; source 001, 3.5.7.
 
+use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::ops::Range;
 
 use super::super::orders::Orders;
+use super::super::poly_fit::EXACT;
 use super::super::scores::Part;
 use super::layout::Layout;
 use super::lines::Lines;
 use crate::linalg::{
-    BLOCK, Block, Gram, MOST_STEPS, Minimum, Residuals, Segmented, TIE, Triangle, dot, minimise,
-    residual_norm2, solve_damped, vectorised,
+    BLOCK, Block, Gram, MOST_STEPS, Minimum, Residuals, Segmented, TIE, Triangle, minimise, residual_norm2,
+    solve_damped, vectorised,
 };
 use crate::model::PolyModel;
 use crate::poly::{is_stable, reflected};
@@ -55,9 +58,10 @@ pub(super) struct Predictor<'r, 'a> {
     start: Start,
     pub(super) scale_u: Vec<Scale>,
     pub(super) scale_y: Scale,
-    u: Vec<Vec<f64>>,
-    u_rows: Vec<f64>, // (N, nu), where there are several inputs
-    y: Vec<f64>,
+    u: Vec<Cow<'a, [f64]>>,
+    y: Cow<'a, [f64]>,
+    /// `u` row by row, and `y`, as far as a start has asked for them.
+    scaled: OnceCell<[Vec<f64>; 2]>,
     /// Rows without a break that the model needs whole; residuals begin `history` rows later.
     stretches: Vec<Range<usize>>,
     history: usize,
@@ -101,11 +105,10 @@ impl<'r, 'a> Predictor<'r, 'a> {
     pub(super) fn new(rec: &'r Record<'a>, orders: &'r Orders, constant: bool, start: Start) -> Self {
         // At rest before the record means zero in its own units.
         let centred = constant && start == Start::Estimate;
-        let scale_u: Vec<Scale> = (0..rec.nu).map(|i| Scale::of(&rec.input(i), centred)).collect();
+        let u: Vec<Cow<[f64]>> = (0..rec.nu).map(|i| rec.input(i)).collect();
+        let scale_u: Vec<Scale> = u.iter().map(|u| Scale::of(u, centred)).collect();
         let y = rec.output_held(0);
         let scale_y = Scale::of(&y, centred);
-        let scaled = |x: &[f64], s: Scale| x.iter().map(|&x| s.apply(x)).collect::<Vec<f64>>();
-        let y = scaled(&y, scale_y);
         let history = if start == Start::Zero { 0 } else { orders.history() };
         let layout = Layout::new(orders, constant, start);
         let states = layout.states;
@@ -115,11 +118,10 @@ impl<'r, 'a> Predictor<'r, 'a> {
         let most_b = orders.nb.iter().copied().max().unwrap_or(0);
         let most = [orders.na, most_b, most_f, orders.nc, orders.nd].into_iter().max().unwrap_or(0);
         let past = FURTHER + 1 + most;
-        let of_input = |(k, &u): (usize, &f64)| scale_u[k % rec.nu].apply(u);
         Predictor {
-            u_rows: if rec.nu == 1 { Vec::new() } else { rec.u.iter().enumerate().map(of_input).collect() },
-            u: (0..rec.nu).map(|i| scaled(&rec.input(i), scale_u[i])).collect(),
+            u,
             y,
+            scaled: OnceCell::new(),
             scale_u,
             scale_y,
             x0: vec![vec![0.0; states]; stretches.len()],
@@ -201,8 +203,19 @@ impl<'r, 'a> Predictor<'r, 'a> {
 
     /// The scaled data as a record of its own.
     pub(super) fn data(&self) -> Record<'_> {
-        let u = if self.rec.nu == 1 { &self.u[0] } else { &self.u_rows };
-        Record { u, y: &self.y, ny: 1, ..self.rec.clone() }
+        let [u, y] = self.scaled.get_or_init(|| {
+            let inputs = self.rec.u.iter().zip(self.scale_u.iter().cycle());
+            [
+                inputs.map(|(&u, s)| s.apply(u)).collect(),
+                self.y.iter().map(|&y| self.scale_y.apply(y)).collect(),
+            ]
+        });
+        Record { u, y, ny: 1, ..self.rec.clone() }
+    }
+
+    /// The data as they are.
+    pub(super) fn record(&self) -> &'r Record<'a> {
+        self.rec
     }
 
     /// Whether two further lags of every input and of the error lower the cost no more than by chance.
@@ -354,22 +367,23 @@ impl<'r, 'a> Predictor<'r, 'a> {
     /// Brings all signals through the model over some rows of stretch `s`.
     #[inline(always)]
     fn run(&mut self, rows: Range<usize>, s: usize, constant: f64) {
-        let Predictor { lines, layout, model, y, u, x0, orders, .. } = self;
+        let Predictor { lines, layout, model, y, u, x0, orders, scale_u, scale_y, .. } = self;
         let (len, start) = (rows.len(), self.stretches[s].start);
         let begin = Begin { first: start + self.history, rows: rows.clone() };
         let mut x0: &[f64] = &x0[s];
         if let Some(one) = layout.one {
             lines.rows(one, len).fill(1.0);
         }
-        lines.rows(layout.v, len).iter_mut().zip(&y[rows.clone()]).for_each(|(v, y)| *v = y - constant);
+        let v = lines.rows(layout.v, len);
+        v.iter_mut().zip(&y[rows.clone()]).for_each(|(v, y)| *v = scale_y.apply(*y) - constant);
         if let Some(line) = layout.minus_y {
-            lines.take(line, -1.0, &y[rows.clone()], len);
+            lines.take(line, |y| -scale_y.apply(y), &y[rows.clone()], len);
             for (k, a) in model.A.iter().enumerate().skip(1) {
                 lines.add(-a, (line, k), layout.v, len);
             }
         }
         for (i, path) in layout.paths.iter().enumerate() {
-            lines.take(path.u, 1.0, delayed(&u[i], model.nk[i], &rows, start), len);
+            lines.take(path.u, |u| scale_u[i].apply(u), delayed(&u[i], model.nk[i], &rows, start), len);
             let Some(divided) = &path.divided else {
                 for (k, b) in model.B[i].iter().enumerate() {
                     lines.add(-b, (path.u, k), layout.v, len);
@@ -464,7 +478,7 @@ impl Residuals for Predictor<'_, '_> {
     }
 
     fn exact(&self) -> f64 {
-        1e-26 * dot(&self.y, &self.y)
+        EXACT * self.N() as f64
     }
 
     fn most_steps(&self) -> usize {

@@ -113,7 +113,8 @@ fn as_plant(simpler: &Orders, found: &[f64], own: &Orders) -> Vec<f64> {
 fn direct(predictor: &Predictor) -> Option<Vec<f64>> {
     let orders = predictor.orders();
     let na = if orders.na > 0 { orders.na } else { orders.nf.iter().copied().max().unwrap_or(0) };
-    let (model, d) = arx(&predictor.data(), na, &orders.nb, &orders.nk, predictor.constant())?;
+    let found = arx(predictor.record(), na, &orders.nb, &orders.nk, predictor.constant())?;
+    let (model, d) = scaled(predictor, found);
     let theta = theta(orders, |_| (model.A.clone(), model.B.clone()));
     Some(with_constant(theta, predictor, &model, d))
 }
@@ -204,7 +205,18 @@ fn iterated(predictor: &Predictor) -> Option<Vec<f64>> {
     Some(with_constant(theta, predictor, &model, d))
 }
 
-/// ARX on scaled data and its constant.
+/// An ARX and its constant, from the record's units to those of the predictor.
+fn scaled(predictor: &Predictor, (mut model, mut d): (PolyModel, f64)) -> (PolyModel, f64) {
+    let y = predictor.scale_y;
+    d -= at_one(&model.A) * y.zero;
+    for (b, u) in model.B.iter_mut().zip(&predictor.scale_u) {
+        d += at_one(b) * u.zero;
+        b.iter_mut().for_each(|b| *b *= y.factor / u.factor);
+    }
+    (model, d * y.factor)
+}
+
+/// ARX and its constant, in the units of the record.
 fn arx(rec: &Record, na: usize, nb: &[usize], nk: &[usize], constant: bool) -> Option<(PolyModel, f64)> {
     let orders = Orders::arx(na, nb.to_vec(), nk.to_vec());
     let regression = Regression::new(rec, 0, columns(&orders, constant));
