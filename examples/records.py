@@ -35,7 +35,7 @@ def outcome(rec: pt.Record, title: str) -> tuple[pt.job.Run, str]:
 
 def figures(run: pt.job.Run) -> dict[str, object]:
     """Return the simulations on fresh rows; then the loops, or the frequency response without."""
-    shown = [run.verdicts[name] for name in dict.fromkeys((run.trusted, "P1D"))]
+    shown = [run.verdicts[name] for name in dict.fromkeys((run.trusted, run.chosen.method))]
     overlay = pt.plot.compare(*shown, of=run.record)
     t = shown[0].t
     overlay.update_xaxes(range=[t[0], t[round(SHOWN * (len(t) - 1))]])
