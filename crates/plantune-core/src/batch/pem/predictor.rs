@@ -367,10 +367,8 @@ impl<'r, 'a> Predictor<'r, 'a> {
     /// Brings all signals through the model over some rows of stretch `s`.
     #[inline(always)]
     fn run(&mut self, rows: Range<usize>, s: usize, constant: f64) {
-        let Predictor { lines, layout, model, y, u, x0, orders, scale_u, scale_y, .. } = self;
-        let (len, start) = (rows.len(), self.stretches[s].start);
-        let begin = Begin { first: start + self.history, rows: rows.clone() };
-        let mut x0: &[f64] = &x0[s];
+        let Predictor { lines, layout, model, y, scale_y, .. } = self;
+        let len = rows.len();
         if let Some(one) = layout.one {
             lines.rows(one, len).fill(1.0);
         }
@@ -382,26 +380,52 @@ impl<'r, 'a> Predictor<'r, 'a> {
                 lines.add(-a, (line, k), layout.v, len);
             }
         }
-        for (i, path) in layout.paths.iter().enumerate() {
-            lines.take(path.u, |u| scale_u[i].apply(u), delayed(&u[i], model.nk[i], &rows, start), len);
-            let Some(divided) = &path.divided else {
-                for (k, b) in model.B[i].iter().enumerate() {
-                    lines.add(-b, (path.u, k), layout.v, len);
-                }
-                continue;
-            };
-            let w = divided.group.first();
-            lines.product(&model.B[i], path.u, w, len);
-            lines.product(&[1.0], path.u, divided.u, len);
-            if let Some(impulse) = divided.impulse {
-                let (own, rest) = x0.split_at(orders.nf[i]);
-                lines.impulse(impulse, begin.at(), len);
-                begin.add(own, 1.0, lines.rows(w, len));
-                x0 = rest;
-            }
-            lines.divide(&model.F[i], divided.group, -1.0, len);
-            lines.add(-1.0, (w, 0), layout.v, len);
+        let start = self.stretches[s].start;
+        let begin = Begin { first: start + self.history, rows: rows.clone() };
+        let mut from = 0;
+        for i in 0..self.u.len() {
+            self.input(i, &rows, start);
+            from = self.path(i, len, &begin, (s, from));
         }
+        self.noise(len, &begin, (s, from));
+    }
+
+    /// `u_i(t - nk_i)`
+    #[inline(always)]
+    fn input(&mut self, i: usize, rows: &Range<usize>, start: usize) {
+        let u = delayed(&self.u[i], self.model.nk[i], rows, start);
+        let scale = self.scale_u[i];
+        self.lines.take(self.layout.paths[i].u, |u| scale.apply(u), u, rows.len());
+    }
+
+    /// Takes `w_i` from `v`; its state begins at `from`, the next one where it says.
+    #[inline(always)]
+    fn path(&mut self, i: usize, len: usize, begin: &Begin, (s, from): (usize, usize)) -> usize {
+        let Predictor { lines, layout, model, x0, .. } = self;
+        let path = &layout.paths[i];
+        let Some(divided) = &path.divided else {
+            for (k, b) in model.B[i].iter().enumerate() {
+                lines.add(-b, (path.u, k), layout.v, len);
+            }
+            return from;
+        };
+        let (w, mut end) = (divided.group.first(), from);
+        lines.product(&model.B[i], path.u, w, len);
+        lines.product(&[1.0], path.u, divided.u, len);
+        if let Some(impulse) = divided.impulse {
+            end += model.F[i].len() - 1;
+            lines.impulse(impulse, begin.at(), len);
+            begin.add(&x0[s][from..end], 1.0, lines.rows(w, len));
+        }
+        lines.divide(&model.F[i], divided.group, -1.0, len);
+        lines.add(-1.0, (w, 0), layout.v, len);
+        end
+    }
+
+    /// `eps = D/C v`, and everything else that passes the noise model.
+    #[inline(always)]
+    fn noise(&mut self, len: usize, begin: &Begin, (s, from): (usize, usize)) {
+        let Predictor { lines, layout, model, x0, .. } = self;
         let Some(noise) = &layout.noise else { return };
         let eps = noise.group.first();
         lines.product(&model.D, layout.v, eps, len);
@@ -413,7 +437,7 @@ impl<'r, 'a> Predictor<'r, 'a> {
         }
         if let Some(impulse) = noise.impulse {
             lines.impulse(impulse, begin.at(), len);
-            begin.add(x0, -1.0, lines.rows(eps, len));
+            begin.add(&x0[s][from..], -1.0, lines.rows(eps, len));
         }
         lines.divide(&model.C, noise.group, 1.0, len);
     }
