@@ -141,8 +141,11 @@ impl From<LimitsIn> for Limits {
 
 pub type Array<'py> = Bound<'py, PyArray1<f64>>;
 
+/// Numbers up to which an array of its own is made sooner than one around the vector, which needs an owner.
+const FEW: usize = 256;
+
 pub fn array<'py>(py: Python<'py>, x: Vec<f64>) -> Array<'py> {
-    PyArray1::from_vec(py, x)
+    if x.len() <= FEW { PyArray1::from_slice(py, &x) } else { PyArray1::from_vec(py, x) }
 }
 
 /// An array `(N, width)`.
@@ -167,7 +170,11 @@ impl<'py> IntoPyObject<'py> for Frozen {
 pub fn matrix<T: numpy::Element>(py: Python<'_>, x: Vec<T>, width: usize) -> PyResult<Matrix<'_, T>> {
     let rows = x.len() / width.max(1);
     let array = Array2::from_shape_vec((rows, width), x).map_err(|e| PyValueError::new_err(e.to_string()))?;
-    Ok(PyArray2::from_owned_array(py, array))
+    Ok(if array.len() <= FEW {
+        PyArray2::from_array(py, &array)
+    } else {
+        PyArray2::from_owned_array(py, array)
+    })
 }
 
 /// Checks a record and returns the fingerprint of its numbers.

@@ -52,12 +52,12 @@ fn note(
     path: usize,
     limits: &Limits,
 ) -> Option<Note> {
-    let (ratio, T) = gain_per_time(model, P, path)?;
     let end = shown_for(rec, i).min(settled_after(slow, path));
     let shown = slow.step_response(path, &[end])[0] / slow.dc_gain()[path];
     if !shown.is_finite() || shown >= limits.X07 || shown < 0.0 {
         return None;
     }
+    let (ratio, T) = gain_per_time(model, P, path)?;
     let K = model.dc_gain()[path];
     let half = normal_quantile(0.95) * ratio.sd;
     let text = format!(
