@@ -47,7 +47,7 @@ class Fit:
         `O` in `y = G u + O`, in the record's units; for integrating models the
         drift, and with regressors of one's own the constant `d` of the equation.
     x0 : array (segments, n)
-        Initial state of each segment at its first row with history.
+        What the time before each segment has left, from its first row with history on.
     N : int
         Rows used.
     loss, fpe, aic, bic : float
