@@ -16,8 +16,29 @@ from plantune.record import Floats, Record, columns
 from plantune.text import number
 
 
+class SignPerturbed:
+    """What regions by sign-perturbed sums share: `q` of `m` sums leave the truth outside."""
+
+    __slots__ = ()
+    m: int
+    q: int
+
+    @property
+    def confidence(self) -> float:
+        """Probability with which the region holds the truth."""
+        return 1 - self.q / self.m
+
+    def contains(self, theta: ArrayLike) -> bool | np.ndarray:
+        """Return whether `theta` (n,) is inside; of several (k, n) which ones are."""
+        inside = self._inside(np.atleast_2d(np.asarray(theta, float)).tolist())
+        return inside[0] if np.ndim(theta) == 1 else np.array(inside)
+
+    def _inside(self, rows: list[list[float]]) -> list[bool]:
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class Region:
+class Region(SignPerturbed):
     """A region that holds the true parameters of a regression with probability `1 - q/m`.
 
     Attributes
@@ -50,16 +71,8 @@ class Region:
     q: int
     seed: int
 
-    @property
-    def confidence(self) -> float:
-        """Probability with which the region holds the truth."""
-        return 1 - self.q / self.m
-
-    def contains(self, theta: ArrayLike) -> bool | np.ndarray:
-        """Return whether `theta` (n,) is inside; of several (k, n) which ones are."""
-        rows = np.atleast_2d(np.asarray(theta, float)).tolist()
-        inside = _core.sps_contains(self.phi, self.y, rows, (self.m, self.q), self.seed)
-        return inside[0] if np.ndim(theta) == 1 else np.array(inside)
+    def _inside(self, rows: list[list[float]]) -> list[bool]:
+        return _core.sps_contains(self.phi, self.y, rows, (self.m, self.q), self.seed)
 
     def __str__(self) -> str:
         head = f"{100 * self.confidence:g} % by sign-perturbed sums, {len(self.y)} rows:"
@@ -132,7 +145,7 @@ def sps(phi: ArrayLike, y: ArrayLike, *, m: int = 100, q: int = 5, seed: int = 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ArxRegion:
+class ArxRegion(SignPerturbed):
     """A region that holds the true parameters of an ARX model with probability `1 - q/m`.
 
     Attributes
@@ -166,18 +179,10 @@ class ArxRegion:
     q: int
     seed: int
 
-    @property
-    def confidence(self) -> float:
-        """Probability with which the region holds the truth."""
-        return 1 - self.q / self.m
-
-    def contains(self, theta: ArrayLike) -> bool | np.ndarray:
-        """Return whether `theta` (n,) is inside; of several (k, n) which ones are."""
-        rows = np.atleast_2d(np.asarray(theta, float)).tolist()
+    def _inside(self, rows: list[list[float]]) -> list[bool]:
         limits = self.rec.limits or DEFAULT_LIMITS
         sizes = (self.m, self.q)
-        inside = _core.sps_arx_contains(self.rec, self.fit.model, rows, sizes, self.seed, limits)
-        return inside[0] if np.ndim(theta) == 1 else np.array(inside)
+        return _core.sps_arx_contains(self.rec, self.fit.model, rows, sizes, self.seed, limits)
 
     def __str__(self) -> str:
         head = f"{100 * self.confidence:g} % by sign-perturbed sums, {self.fit.N} rows:"
