@@ -187,7 +187,8 @@ def test_m03_an_input_at_its_limits_is_a_warning_with_ranges(tmp_path):
     first = run.findings["health"].saturated[0]
     assert at[first.first : first.last + 1].all()
     assert run.chosen.theta[:2] == approx(TRUE_P1D, rel=0.01)  # modelled: u is what the plant got
-    listed = plantune("inspect", write(tmp_path / "a.csv", rec.u[:, 0], rec.y[:, 0]), *COLUMNS)
+    path = write(tmp_path / "a.csv", rec.u[:, 0], rec.y[:, 0])
+    listed = plantune("inspect", path, *COLUMNS, "--out", tmp_path / "page")
     assert listed.exit_code == 0 and "M03" in listed.stdout
 
 

@@ -10,6 +10,13 @@ import plantune as pt
 from contract.records import TS, b0, plantune, strict_json, write
 
 U, Y = b0()
+
+
+@pytest.fixture(autouse=True)
+def _in_a_folder_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
 T = TS * np.arange(1000)
 COLUMNS = ["--u", "u", "--y", "y"]
 
@@ -101,7 +108,7 @@ def test_a_clean_file_has_no_findings(tmp_path):
     assert [note for note in seen.findings if note.severity == "error"] == []
     assert seen.excitation == {"u": 8}
     assert seen.delay["u"].nk == 1
-    assert seen.record.startswith("Record u -> y: 1000 rows, Ts 0.1 s")
+    assert str(seen.record).startswith("Record u -> y: 1000 rows, Ts 0.1 s")
 
 
 def test_the_look_goes_on_behind_gaps_and_jitter(tmp_path):
@@ -135,7 +142,7 @@ def test_several_files_are_seen_one_by_one_and_as_one_record(tmp_path):
     )
     assert [f["columns"][2]["missing"] for f in (seen, *seen["others"])] == [0, 1]
     assert [n["text"][:6] for n in seen["findings"] if n["code"] == "D07"] == ["b.csv:"]
-    assert seen["record"].startswith("Record u -> y: 1999 rows")
+    assert seen["record"]["u"] == {"shape": [1999, 1]}
 
 
 def test_parquet_and_mat_are_inspected_as_text_is(tmp_path):
@@ -156,7 +163,7 @@ def test_columns_are_listed_and_nothing_is_guessed(tmp_path):
     (tmp_path / "a.csv").write_text("time [s],power [V],status,level\n" + rows)
     done = plantune("inspect", tmp_path / "a.csv", "--json")
     seen = strict_json(done.stdout)
-    assert (done.exit_code, seen["findings"], seen["record"]) == (0, [], "")
+    assert (done.exit_code, seen["findings"], seen["record"]) == (0, [], None)
     columns = {c["name"]: c for c in seen["columns"]}
     assert [c["holds"] for c in columns.values()] == ["stamps", "numbers", "text", "numbers"]
     assert (columns["power"]["unit"], columns["power"]["low"], columns["power"]["high"]) == (

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Annotated
+
+import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from plantune import report
 from plantune.cli.main import app
 from plantune.cli.options import Json, LimitOption, limits_of
-from plantune.cli.output import print_json, refusing
+from plantune.cli.output import print_json, refusing, whole_folder
 from plantune.cli.reading import Reading, takes_record
 from plantune.cli.summary import shown_note
 from plantune.inspection import ColumnSeen, FileSeen, Inspection, Stamps
@@ -22,22 +27,29 @@ _MOST_COLUMNS = 50
 
 @app.command()
 @takes_record
-def inspect(reading: Reading, limit: LimitOption = None, as_json: Json = False) -> None:
-    """List the columns of a file and all that is wrong with it; nothing readable is refused."""
+def inspect(
+    reading: Reading,
+    out: Annotated[Path, typer.Option(help="Folder for the page.")] = Path("plantune-out"),
+    limit: LimitOption = None,
+    as_json: Json = False,
+) -> None:
+    """Show what a file holds and its record shows, and all that is wrong; nothing is refused."""
     with refusing(as_json):
         seen = look(reading.path, **reading.options(), limits=limits_of(limit))
+        with whole_folder(out) as staging:
+            report.write_inspection(staging / "inspection.html", seen, reading.title)
     if as_json:
-        print_json(to_json(seen, longest=100))
+        print_json({**to_json(seen, longest=100), "out": str(out)})
     else:
-        _show(seen)
+        _show(seen, out / "inspection.html")
 
 
-def _show(seen: Inspection) -> None:
+def _show(seen: Inspection, page: Path) -> None:
     console = Console(highlight=False)
     for file in (seen, *seen.others):
         _show_file(console, file)
-    if seen.record:
-        console.print(Text(seen.record, style="bold"), soft_wrap=True)
+    if seen.record is not None:
+        console.print(Text(str(seen.record), style="bold"), soft_wrap=True)
     for name, order in seen.excitation.items():
         console.print(f"{name} supports {order} parameters of a linear model", soft_wrap=True)
     for name, scan in seen.delay.items():
@@ -48,6 +60,7 @@ def _show(seen: Inspection) -> None:
             console.print(Text(f"    {note.evidence}", "dim"), soft_wrap=True)
     if not seen.findings:
         console.print("nothing wrong found")
+    console.print(Text(f"page: {page}", style="bold"), soft_wrap=True)
 
 
 def _show_file(console: Console, file: FileSeen) -> None:

@@ -33,8 +33,8 @@ class Inspection(FileSeen):
         Every column of it.
     stamps : Stamps or None
         Its time stamps, where there are some that can be read.
-    record : str
-        The record that these columns make; empty where they make none.
+    record : Record or None
+        The record that these columns make, where they make one.
     excitation : mapping of name to int
         Parameters of a linear model that each input supports, at most 8.
     delay : mapping of name to DelayScan
@@ -60,7 +60,7 @@ class Inspection(FileSeen):
     (0.5, ('D07', 'error'))
     """
 
-    record: str
+    record: Record | None
     excitation: Mapping[str, int]
     delay: Mapping[str, DelayScan]
     findings: tuple[Note, ...]
@@ -133,7 +133,7 @@ def inspect(
         name=files[0].name,
         columns=files[0].columns,
         stamps=files[0].stamps,
-        record=str(rec) if rec else "",
+        record=rec,
         excitation=excitation,
         delay=scans,
         findings=tuple(dict.fromkeys(findings)),

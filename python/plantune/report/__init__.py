@@ -1,5 +1,5 @@
-"""Self-contained HTML pages: a run of the main job, and a comparison of rules on a model."""
+"""Self-contained HTML pages: a run of the main job, rules on a model, a look at a record."""
 
-from plantune.report.write import write, write_comparison
+from plantune.report.write import write, write_comparison, write_inspection
 
-__all__ = ["write", "write_comparison"]
+__all__ = ["write", "write_comparison", "write_inspection"]

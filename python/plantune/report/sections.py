@@ -97,7 +97,7 @@ def notes(run: Run) -> str:
     ranked = sorted(found, key=lambda note: order.index(note.severity))
     if not ranked:
         return section("notes", "<p>Nothing in the data leaves a doubt.</p>")
-    items = "".join(_note(note, found[note]) for note in ranked)
+    items = "".join(note_item(note, found[note]) for note in ranked)
     return section("notes", f'<ul class="notes">{items}</ul>')
 
 
@@ -273,7 +273,8 @@ def _margin(tuning: Tuning, name: str) -> str:
     return with_interval(getattr(tuning.margins, name), tuning.bands.get(name))
 
 
-def _note(note: Note, origins: tuple[str, ...]) -> str:
+def note_item(note: Note, origins: tuple[str, ...] = ()) -> str:
+    """Return a doubt or remark with its evidence and what to do."""
     kind = "info" if note.severity == "info" else "warning"
     lines = [f"<p><code>{escaped(note.code)}</code>{escaped(note.text, 500)}</p>"]
     small = "; ".join(part for part in (", ".join(origins), note.evidence) if part)

@@ -11,10 +11,12 @@ from plantune.plot.embed import library
 from plantune.report import sections
 from plantune.report.comparison import of_comparison
 from plantune.report.figures import figures
+from plantune.report.inspection import of_inspection
 from plantune.report.models import model
 from plantune.report.text import escaped
 
 if TYPE_CHECKING:
+    from plantune.inspection import Inspection
     from plantune.job import Run
     from plantune.tune import Comparison
 
@@ -93,6 +95,40 @@ def write_comparison(
     True
     """
     return _whole(path, _page(title, of_comparison(comparison, title)))
+
+
+def write_inspection(
+    path: str | os.PathLike[str], seen: Inspection, title: str | None = None
+) -> Path:
+    r"""Write what a look has shown as one HTML file that works off line.
+
+    Parameters
+    ----------
+    path : path
+        The file; an older one is replaced once the new one is complete.
+    seen : Inspection
+        From `inspect`.
+    title : str, optional
+        What the plant is called; the name of the file without it.
+
+    Returns
+    -------
+    Path
+        Where it was written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import plantune as pt
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     data = Path(folder, "heater.csv")
+    ...     _ = data.write_text("time,power,temp\n0.0,1,20.0\n0.5,2,21.0\n1.0,2,21.5\n")
+    ...     page = write_inspection(Path(folder, "inspection.html"), pt.inspect(data))
+    ...     "heater" in page.read_text(encoding="utf-8")
+    True
+    """
+    title = title or Path(seen.name).stem
+    return _whole(path, _page(title, of_inspection(seen, title)))
 
 
 def _whole(path: str | os.PathLike[str], page: str) -> Path:

@@ -1,0 +1,88 @@
+"""The page of a look: what the files hold, what the record shows, what to do next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from plantune import plot
+from plantune.report.figures import HINT, Drawn, drawn_figure
+from plantune.report.sections import note_item
+from plantune.report.text import escaped, table
+from plantune.text import number
+
+if TYPE_CHECKING:
+    from plantune.inspection import FileSeen, Inspection
+    from plantune.record import Record
+
+# Columns of a file up to which they are listed.
+_MOST_COLUMNS = 50
+
+_ORDER = ("error", "warning", "info")
+
+
+def of_inspection(seen: Inspection, title: str) -> list[str]:
+    """Return the sections of the page, in the order in which they are read."""
+    files = "".join(_file(file) for file in (seen, *seen.others) if file.columns)
+    parts = {
+        "found": ("What was found", _found(seen)),
+        "figures": ("What the record shows", _figures(seen)),
+        "files": ("What the files hold", files),
+    }
+    links = "".join(f'<li><a href="#{name}">{text}</a></li>' for name, (text, _) in parts.items())
+    return [
+        _head(seen, title, links),
+        *(f'<section id="{n}"><h2>{t}</h2>{body}</section>' for n, (t, body) in parts.items()),
+    ]
+
+
+def _head(seen: Inspection, title: str, links: str) -> str:
+    kind, word = ("passes", "can be read") if seen else ("fails", "not as it is")
+    return f"""<header>
+<p class="kicker">plantune inspection</p>
+<h1>{escaped(title)}</h1>
+<p><span class="verdict {kind}">{word}</span></p>
+<p class="outcome">{escaped(seen.record or "No record: name its input and its output.", 1200)}</p>
+<nav aria-label="Sections"><ul>{links}</ul></nav>
+</header>"""
+
+
+def _found(seen: Inspection) -> str:
+    """List refusals first, doubts and remarks after them, each with its place."""
+    ranked = sorted(seen.findings, key=lambda note: _ORDER.index(note.severity))
+    items = "".join(map(note_item, ranked))
+    return f'<ul class="notes">{items}</ul>' if items else "<p>Nothing wrong was found.</p>"
+
+
+def _figures(seen: Inspection) -> str:
+    if seen.record is None:
+        return "<p>Nothing, before input and output are named.</p>"
+    drawn = [*_record(seen.record), *_delays(seen, seen.record)]
+    return HINT + "".join(drawn_figure(*each) for each in drawn)
+
+
+def _record(rec: Record) -> Drawn:
+    yield "record", plot.record(rec), ""
+
+
+def _delays(seen: Inspection, rec: Record) -> Drawn:
+    for i, scan in enumerate(seen.delay.values()):
+        yield f"delay-{i}", plot.delay(scan, of=rec), ""
+
+
+def _file(file: FileSeen) -> str:
+    """List columns and stamps of a file."""
+    head = ["", "column", "holds", "values", "missing", "min", "max", "distinct"]
+    rows = []
+    for c in file.columns[:_MOST_COLUMNS]:
+        ends = ["" if x is None else number(x, 6) for x in (c.low, c.high)]
+        counts = ["" if x is None else str(x) for x in (c.values, c.missing, c.distinct)]
+        name = f"{c.name} [{c.unit}]" if c.unit else c.name
+        rows.append([str(c.number), name, c.holds, *counts[:2], *ends, counts[2]])
+    more = len(file.columns) - _MOST_COLUMNS
+    s = file.stamps
+    stamps = "" if s is None else (
+        f"Stamps ({s.column}): step {s.step:.6g} s, 1 % to 99 % from {s.p1:.6g} to {s.p99:.6g} s; "
+        f"{s.gaps} gaps, {s.back} repeated or back."
+        + "".join(f" {text[:1].upper()}{text[1:]}." for text in s.said)
+    )  # fmt: skip
+    return table(file.name, head, rows, f"And {more} more columns. " * (more > 0) + stamps)
