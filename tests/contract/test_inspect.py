@@ -119,6 +119,17 @@ def test_the_look_goes_on_behind_gaps_and_jitter(tmp_path):
     assert seen.stamps.step == approx(TS, rel=0.02)
 
 
+def test_the_newest_row_may_come_first(tmp_path):
+    path = write(tmp_path / "a.csv", U[::-1], Y[::-1], T[::-1])
+    seen = pt.inspect(path, u="u", y="y")
+    assert (seen.stamps.step, seen.stamps.back, seen.stamps.gaps) == (approx(TS), 0, 0)
+    assert "the newest row comes first" in seen.stamps.said
+    (note,) = [note for note in seen.findings if note.code == "D13"]
+    assert note.text == "the newest row comes first" and "sort=True" in note.remedy
+    sorted_rows = pt.read(path, u="u", y="y", sort=True)
+    assert np.array_equal(seen.record.y, sorted_rows.y)
+
+
 def test_the_look_goes_on_behind_ragged_rows_and_a_clock_set_back(tmp_path):
     path = tmp_path / "a.csv"
     rows = LINES.splitlines(keepends=True)

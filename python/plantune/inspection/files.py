@@ -16,6 +16,7 @@ from plantune.io import open_sheet
 from plantune.io.choose import choose_time
 from plantune.io.draft import Names
 from plantune.io.numbers import Numbers
+from plantune.io.order import newest_first
 from plantune.io.stamps import seconds, which_count
 from plantune.io.table import Cells, Places, Sheet, Wanted
 from plantune.notes import Limits, Note, note_of
@@ -175,9 +176,12 @@ def _column(
 def _stamps(
     title: str, t: Floats, said: tuple[str, ...], limits: Limits, findings: list[Note]
 ) -> Stamps | None:
-    steps = _core.steps(np.ascontiguousarray(t))
+    t = np.ascontiguousarray(t)
     try:
-        _core.uniform_step(np.ascontiguousarray(t), limits)
+        _core.uniform_step(t, limits)
     except PlantuneError as error:
         findings.append(note_of(error))
+    if newest_first(t):
+        t, said = np.ascontiguousarray(t[::-1]), (*said, "the newest row comes first")
+    steps = _core.steps(t)
     return None if steps is None else Stamps(column=title, said=said, **steps)

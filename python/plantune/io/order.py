@@ -44,6 +44,11 @@ def in_order(draft: Draft, sort: bool | str) -> Draft:
     return replace(draft, segment=np.zeros(draft.N, np.int64), rows_tell_time=False)
 
 
+def newest_first(t: NDArray[np.float64]) -> bool:
+    """Whether the rows run from the newest to the oldest, as some historians export them."""
+    return len(t) > 1 and bool((np.diff(t) <= 0).all())
+
+
 def without_repeats(draft: Draft) -> Draft:
     """Drop rows that repeat the row before, stamp and values (D14 is for other values)."""
     if draft.t is None:
@@ -218,9 +223,12 @@ def _in_file(error: DataError, draft: Draft, start: int) -> PlantuneError:
     _, row, _ = error.where or ("", 0, None)
     k = start + (row or 0)
     sort = 'sort=True sorts the rows by time, sort="segments" cuts where the clock was set'
+    text = f"{error.text}; first in {draft.places.said(k)}"
+    if newest_first(_stamps(draft)):
+        text, sort = "the newest row comes first", "sort=True brings the rows into their order"
     return reworded(
         error,
-        f"{error.text}; first in {draft.places.said(k)}",
+        text,
         where=draft.where(k, draft.time_name),
         remedy=sort if error.code == "D13" else error.remedy,
     )
