@@ -13,7 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 from typing_extensions import Unpack
 
 from plantune.adapt.settings import Settings
-from plantune.models import PID, MatrixPolyModel, PolyModel, ProcessModel, TermModel
+from plantune.models import (
+    PID,
+    FrequencyResponse,
+    MatrixPolyModel,
+    PolyModel,
+    ProcessModel,
+    TermModel,
+)
 from plantune.models.base import LinearModel
 from plantune.models.hysteresis import ChargeLeak, PlayStack, SeriesSlip
 from plantune.models.hysteresis.base import HysteresisModel
@@ -156,6 +163,20 @@ def freqresp(model: Model, input: int, w: Floats) -> Complexes:
 
 def phase_deg(model: Model, input: int, w: Floats) -> Floats:
     """Phase in degrees, unwrapped, the delay counted in full."""
+
+def check_frequency_response(response: FrequencyResponse) -> None:
+    """Refuse frequencies that do not ascend or lie beyond `pi/Ts`, and points that are no numbers."""
+
+def disc_factor() -> float:
+    """Radius of a 95 % disc over the standard deviation of the complex error."""
+
+def frequency_bode(
+    response: FrequencyResponse, output: int, input: int, keep: Sequence[bool]
+) -> tuple[list[Floats], list[Floats]]:
+    """Magnitude, low, high; phase in degrees, low, high; NaN where not kept."""
+
+def frequency_seen(model: Model, input: int, Ts: float | None, w: Floats) -> Complexes:
+    """Response of a model as data show it: sampled behind a zero-order hold if `Ts` is given."""
 
 def step_response(model: Model, input: int, t: Floats) -> Floats: ...
 def poles(model: Model) -> Complexes:

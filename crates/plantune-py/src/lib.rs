@@ -13,6 +13,7 @@ mod batch;
 mod error;
 mod forecast;
 mod forms;
+mod freqresp;
 mod hysteresis;
 mod matrix;
 mod model;
@@ -36,6 +37,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         values::register,
         signal::register,
         model::register,
+        freqresp::register,
         matrix::register,
         sim::register,
         forecast::register,
