@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from plantune import prep as prep
     from plantune import recursive as recursive
     from plantune import report as report
+    from plantune import signals as signals
     from plantune import simulate as simulate
     from plantune import tune as tune
     from plantune import validate as validate
@@ -83,6 +84,7 @@ _HOME: dict[str, str | None] = {
     "export": None,
     "plot": None,
     "report": None,
+    "signals": None,
 }
 
 __all__ = [*_HOME, "__version__"]

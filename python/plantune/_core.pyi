@@ -55,6 +55,26 @@ def default_limits() -> dict[str, float]:
 def prbs(n: int, hold: int, bits: int, seed: int) -> Floats:
     """`n` rows of -1 and +1 of a maximum-length sequence, each value held for `hold` rows."""
 
+def register_bits(n: int, hold: int) -> int:
+    """Fewest bits with which a PRBS of `n` rows does not repeat."""
+
+def gbn(n: int, hold: float, least: int, seed: int) -> Floats:
+    """Generalised binary noise of -1 and +1."""
+
+def multisine(
+    n: int, period: int, band: tuple[float, float], Ts: float, seed: int | None
+) -> Floats:
+    """Multisine with a peak of 1; Schroeder's phases without a seed."""
+
+def chirp(n: int, Ts: float, band: tuple[float, float], logarithmic: bool) -> Floats:
+    """Sine that sweeps over a band in rad/s."""
+
+def staircase(levels: list[float], hold: int) -> Floats:
+    """Levels, each held for some rows."""
+
+def crest_factor(u: Floats) -> float:
+    """Peak over root mean square."""
+
 def drive(kind: str, n: int, period: int) -> Floats:
     """`n` rows in [-1, 1] of a "square", "staircase", "trapezoid" or "chirp"."""
 
@@ -367,6 +387,14 @@ class LoopSimulator:
         """`K, T, L, offset` now."""
 
 # --- findings and fits -------------------------------------------------------------------------
+
+def experiment(model: Any, wishes: Any, limits: Limits) -> Fields:
+    """`t u y trials notes` of a planned experiment."""
+
+def predicted_sd(
+    model: Any, u: Floats, Ts: float, noise_sd: float, ar: list[float]
+) -> Fields:
+    """`y sd relative notes`: what an input will tell of K, T and L."""
 
 def health(rec: Record, limits: Limits) -> Fields:
     """Fields of `Health` but `source`; stretches, spikes and sentinels as tuples."""

@@ -11,6 +11,7 @@ mod analyze;
 mod bank;
 mod batch;
 mod error;
+mod experiment;
 mod forecast;
 mod forms;
 mod freqresp;
@@ -49,6 +50,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         bank::register,
         hysteresis::register,
         analyze::register,
+        experiment::register,
         validate::register,
         tune::register,
         forms::register,

@@ -6,7 +6,7 @@ use numpy::{
     AllowTypeChange, Complex64, PyArray1, PyArrayLike1, PyReadonlyArray1, PyReadonlyArray2,
     PyUntypedArrayMethods,
 };
-use plantune_core::signal::{self, Band, Filter, Marks, Sos};
+use plantune_core::signal::{self, Band, Filter, Marks, Phases, Sos, Sweep};
 use plantune_core::{Error, Limits, Record};
 use pyo3::prelude::*;
 
@@ -16,6 +16,12 @@ use crate::values::{Array, LimitsIn, Matrix, RecordIn, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(prbs, m)?)?;
+    m.add_function(wrap_pyfunction!(register_bits, m)?)?;
+    m.add_function(wrap_pyfunction!(gbn, m)?)?;
+    m.add_function(wrap_pyfunction!(multisine, m)?)?;
+    m.add_function(wrap_pyfunction!(chirp, m)?)?;
+    m.add_function(wrap_pyfunction!(staircase, m)?)?;
+    m.add_function(wrap_pyfunction!(crest_factor, m)?)?;
     m.add_function(wrap_pyfunction!(drive, m)?)?;
     m.add_function(wrap_pyfunction!(envelope, m)?)?;
     m.add_function(wrap_pyfunction!(uniform_step, m)?)?;
@@ -42,6 +48,48 @@ fn optional<'a>(x: &'a Option<PyReadonlyArray2<'_, f64>>) -> PyResult<Option<&'a
 #[pyfunction]
 fn prbs(py: Python<'_>, n: usize, hold: usize, bits: u32, seed: u64) -> Outcome<Array<'_>> {
     Ok(array(py, signal::prbs(n, hold, bits, seed)?))
+}
+
+/// Fewest bits with which a PRBS does not repeat.
+#[pyfunction]
+fn register_bits(n: usize, hold: usize) -> u32 {
+    signal::register_bits(n, hold)
+}
+
+#[pyfunction]
+fn gbn(py: Python<'_>, n: usize, hold: f64, least: usize, seed: u64) -> Outcome<Array<'_>> {
+    Ok(array(py, signal::gbn(n, hold, least, seed)?))
+}
+
+/// Random phases with a seed, Schroeder's without.
+#[pyfunction]
+fn multisine(
+    py: Python<'_>,
+    n: usize,
+    period: usize,
+    band: (f64, f64),
+    Ts: f64,
+    seed: Option<u64>,
+) -> Outcome<Array<'_>> {
+    let phases = seed.map_or(Phases::Schroeder, Phases::Random);
+    Ok(array(py, signal::multisine(n, period, band, Ts, phases)?))
+}
+
+#[pyfunction]
+fn chirp(py: Python<'_>, n: usize, Ts: f64, band: (f64, f64), logarithmic: bool) -> Outcome<Array<'_>> {
+    let sweep = if logarithmic { Sweep::Logarithmic } else { Sweep::Linear };
+    Ok(array(py, signal::chirp(n, Ts, band, sweep)?))
+}
+
+#[pyfunction]
+fn staircase(py: Python<'_>, levels: Vec<f64>, hold: usize) -> Outcome<Array<'_>> {
+    Ok(array(py, signal::staircase(&levels, hold)?))
+}
+
+/// Peak over root mean square.
+#[pyfunction]
+fn crest_factor(u: Numbers<'_>) -> Outcome<f64> {
+    Ok(signal::crest_factor(u.as_slice().map_err(PyErr::from)?)?)
 }
 
 /// A periodic test input.

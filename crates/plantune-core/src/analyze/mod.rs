@@ -2,6 +2,7 @@
 
 mod delay;
 mod exclude;
+mod experiment;
 mod health;
 mod period;
 mod quantised;
@@ -12,6 +13,9 @@ mod stuck;
 
 pub use delay::{DelayScan, delay_scan};
 pub use exclude::{Actuators, Excluded, exclude};
+pub use experiment::{
+    Disturbance, Experiment, Plan, Predicted, Room, Shape, Trial, experiment, judged, near_zero,
+};
 pub use health::{Health, health};
 pub use quantised::{Resolution, resolution};
 pub use saturated::{Ends, Saturated, guessed_ends, saturated};

@@ -45,6 +45,12 @@ pub fn prbs(n: usize, hold: usize, bits: u32, seed: u64) -> Result<Vec<f64>> {
     Ok(out)
 }
 
+/// Fewest bits with which `n` rows do not repeat, 20 at most.
+pub fn register_bits(n: usize, hold: usize) -> u32 {
+    let longest = |bits: u32| ((1usize << bits) - 1).saturating_mul(hold);
+    (3..20).find(|&bits| longest(bits) >= n).unwrap_or(20)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -30,6 +30,7 @@ mod summary;
 
 pub use self::again::{Known, process_bootstrap, process_sandwich, robust_process};
 pub use self::code::Code;
+pub use self::problem::begins_as_step_test;
 use self::problem::{Point, Problem};
 use super::fit::{Fit, standard_deviations};
 use crate::error::{Error, Result};

@@ -85,12 +85,28 @@ fn moves(u: &[Vec<f64>], rows: &Range<usize>) -> usize {
 /// before their first move the output has not gone anywhere.
 fn starts_at_rest(u: &[Vec<f64>], y: &[f64], rows: &Range<usize>, moves: usize) -> bool {
     let y = &y[rows.clone()];
-    let held = rows.clone().take_while(|&k| u.iter().all(|u| u[k] == u[rows.start])).count();
-    if moves > MOST_MOVES || held == y.len() || (held as f64) < LEAST_REST * y.len() as f64 {
+    let held = held_at_first(u, rows);
+    if !few_after_rest(moves, held, y.len()) {
         return false;
     }
     let (low, high) = extent(y);
     (y[held - 1] - y[0]).abs() <= DRIFT * (high - low)
+}
+
+/// Rows before the first move.
+fn held_at_first(u: &[Vec<f64>], rows: &Range<usize>) -> usize {
+    rows.clone().take_while(|&k| u.iter().all(|u| u[k] == u[rows.start])).count()
+}
+
+/// A few moves, the first of them after some rest.
+fn few_after_rest(moves: usize, held: usize, rows: usize) -> bool {
+    moves <= MOST_MOVES && held < rows && held as f64 >= LEAST_REST * rows as f64
+}
+
+/// Whether a fit will take the plant as at rest before this input, if the output agrees.
+pub fn begins_as_step_test(u: &[f64]) -> bool {
+    let (u, rows) = ([u.to_vec()], 0..u.len());
+    few_after_rest(moves(&u, &rows), held_at_first(&u, &rows), rows.len())
 }
 
 impl<'r, 'a> Problem<'r, 'a> {
