@@ -2,5 +2,14 @@
 
 from plantune.analyze.delay import DelayScan, delay
 from plantune.analyze.health import Health, health
+from plantune.analyze.informative import Informative, InformativeStretch, informative
 
-__all__ = ["DelayScan", "Health", "delay", "health"]
+__all__ = [
+    "DelayScan",
+    "Health",
+    "Informative",
+    "InformativeStretch",
+    "delay",
+    "health",
+    "informative",
+]

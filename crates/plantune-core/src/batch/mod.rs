@@ -35,7 +35,7 @@ pub use order_choice::{OrderChoice, Tried as TriedOrders, choose_orders};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{
-    Code, Known, ProcessOptions, p1d, process, process_bootstrap, process_sandwich, robust_process,
+    Code, Information, Known, ProcessOptions, information, p1d, process, process_bootstrap, process_sandwich, robust_process,
 };
 pub use robust::robust;
 pub use sampling::sampling;
