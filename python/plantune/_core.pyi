@@ -413,6 +413,9 @@ def excitation_orders(rec: Record, most: int, limits: Limits) -> list[int]:
 def input_moves(rec: Record, limits: Limits) -> bool:
     """Whether every input moves (X01)."""
 
+def informative(rec: Record, window: int, input: int, output: int, limits: Limits) -> Fields:
+    """Fields of `Informative` but `record`; stretches as dicts, windows as lists and arrays."""
+
 def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Fields:
     """Fields of `DelayScan` but `source`; `nk` is the lowest and the highest delay."""
 

@@ -3,14 +3,17 @@
 use plantune_core::Limits;
 use plantune_core::analyze::{self, Actuators, Ends, delay_scan};
 use plantune_core::excitation::{check_input_motion, excitation_order};
+use plantune_core::model::Model;
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
+use crate::model::ModelOut;
 use crate::note::{NoteOut, notes};
 use crate::values::{Array, LimitsIn, RecordIn, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(health, m)?)?;
+    m.add_function(wrap_pyfunction!(informative, m)?)?;
     m.add_function(wrap_pyfunction!(exclude, m)?)?;
     m.add_function(wrap_pyfunction!(spikes, m)?)?;
     m.add_function(wrap_pyfunction!(excitation_orders, m)?)?;
@@ -146,4 +149,73 @@ fn excitation_orders(rec: RecordIn<'_>, most: usize, limits: LimitsIn) -> Outcom
 fn input_moves(rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<bool> {
     let limits: Limits = limits.into();
     Ok(check_input_motion(&rec.view(&limits)?, &limits).is_ok())
+}
+
+/// A stretch as the dict behind `plantune.analyze.InformativeStretch(**d)`; rows are those of the record.
+#[derive(IntoPyObject)]
+struct InformativeStretchOut {
+    first: usize,
+    stop: usize,
+    F: f64,
+    p: f64,
+    feedback: bool,
+    K: f64,
+    sd: [f64; 3],
+    fit: f64,
+    score: f64,
+    agrees: bool,
+    identifiable: bool,
+}
+
+/// The dict behind `plantune.analyze.Informative(**d)`.
+#[derive(IntoPyObject)]
+struct InformativeOut<'py> {
+    stretches: Vec<InformativeStretchOut>,
+    plant: Option<ModelOut>,
+    firsts: Vec<usize>,
+    stops: Vec<usize>,
+    condition: Array<'py>,
+    F: Array<'py>,
+    p: Array<'py>,
+    notes: Vec<NoteOut>,
+}
+
+#[pyfunction]
+fn informative<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    window: usize,
+    input: usize,
+    output: usize,
+    limits: LimitsIn,
+) -> Outcome<InformativeOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let options = analyze::InformativeOptions { window, input, output };
+    let found = py.detach(|| analyze::informative(&record, &options, &limits))?;
+    let windows = &found.windows;
+    let of = |value: fn(&analyze::Window) -> f64| array(py, windows.iter().map(value).collect());
+    let stretch = |s: &analyze::InformativeStretch| InformativeStretchOut {
+        first: s.rows.start,
+        stop: s.rows.end,
+        F: s.F,
+        p: s.p,
+        feedback: s.has_feedback(),
+        K: s.information.map_or(f64::NAN, |i| i.K),
+        sd: s.information.map_or([f64::INFINITY; 3], |i| i.sd),
+        fit: s.information.map_or(f64::NAN, |i| i.fit),
+        score: s.score,
+        agrees: s.agrees,
+        identifiable: s.identifiable(),
+    };
+    Ok(InformativeOut {
+        stretches: found.stretches.iter().map(stretch).collect(),
+        plant: found.plant.map(|plant| Model::Process(plant.into()).into()),
+        firsts: windows.iter().map(|w| w.rows.start).collect(),
+        stops: windows.iter().map(|w| w.rows.end).collect(),
+        condition: of(|w| w.condition),
+        F: of(|w| w.F),
+        p: of(|w| w.p),
+        notes: notes(&found.notes),
+    })
 }

@@ -3,14 +3,18 @@
 from plantune.analyze.delay import DelayScan, delay
 from plantune.analyze.experiment import Experiment, Prediction, experiment, predicted_sd
 from plantune.analyze.health import Health, health
+from plantune.analyze.informative import Informative, InformativeStretch, informative
 
 __all__ = [
     "DelayScan",
     "Experiment",
     "Health",
+    "Informative",
+    "InformativeStretch",
     "Prediction",
     "delay",
     "experiment",
     "health",
+    "informative",
     "predicted_sd",
 ]

@@ -35,7 +35,8 @@ pub use order_choice::{OrderChoice, Tried as TriedOrders, choose_orders};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{
-    begins_as_step_test, Code, Known, ProcessOptions, p1d, process, process_bootstrap, process_sandwich, robust_process,
+    Code, Information, Known, ProcessOptions, begins_as_step_test, information, p1d, process,
+    process_bootstrap, process_sandwich, robust_process,
 };
 pub use robust::robust;
 pub use sampling::sampling;

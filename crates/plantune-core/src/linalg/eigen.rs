@@ -37,6 +37,7 @@ pub fn right_singular_vectors(triangle: &Triangle) -> Vec<f64> {
 
 /// Singular values of the scaled columns `R[:, ..n] / scale` of a triangle, and its last column seen from them.
 pub struct Singular {
+    /// Largest first.
     pub values: Vec<f64>,
     /// `U'` times the last column.
     pub rhs: Vec<f64>,
@@ -44,6 +45,7 @@ pub struct Singular {
 }
 
 impl Singular {
+    /// Of the first `scale.len()` columns.
     pub fn of(triangle: &Triangle, scale: &[f64]) -> Self {
         let n = scale.len();
         let svd = DMatrix::from_fn(n, n, |i, j| triangle.at(i, j) / scale[j]).svd(true, true);

@@ -21,7 +21,7 @@ pub use congruence::congruence;
 #[cfg(test)]
 pub use draws::white;
 pub use draws::{Random, normal_draws};
-pub use eigen::{eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};
+pub use eigen::{Singular, eigenvalues, exponential, right_singular_vectors, symmetric_eigenvalues};
 pub use forward::forward;
 pub use gram::Gram;
 pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};

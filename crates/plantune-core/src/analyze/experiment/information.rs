@@ -199,7 +199,8 @@ mod tests {
         .iter()
         .enumerate()
         {
-            let off = (0..300).map(|k| ((high[k] - low[k]) / (2.0 * d) - psi[k][i]).abs()).fold(0.0, f64::max);
+            let off =
+                (0..300).map(|k| ((high[k] - low[k]) / (2.0 * d) - psi[k][i]).abs()).fold(0.0, f64::max);
             assert!(off < 1e-7, "{i}: {off}");
         }
     }

@@ -13,8 +13,8 @@
 mod information;
 mod shapes;
 
-pub use information::{Disturbance, Predicted};
 use information::predicted_sd;
+pub use information::{Disturbance, Predicted};
 pub use shapes::Shape;
 use shapes::{Candidate, best, rest};
 
@@ -50,7 +50,9 @@ pub struct Room {
 impl Room {
     /// From the ends of a signal's travel, and its operating point, which is their middle where not given.
     pub fn new(name: &str, limits: Option<(f64, f64)>, at: Option<f64>) -> Result<Self> {
-        let Some((low, high)) = limits else { return Ok(Room { at: at.unwrap_or(0.0), room: f64::INFINITY }) };
+        let Some((low, high)) = limits else {
+            return Ok(Room { at: at.unwrap_or(0.0), room: f64::INFINITY });
+        };
         let at = at.unwrap_or((low + high) / 2.0);
         let room = (high - at).min(at - low);
         if !(room > 0.0 && room.is_finite()) {
@@ -242,7 +244,11 @@ impl Trial {
 /// Rows at which the largest amplitude allowed reaches the target.
 fn enough(plant: &Fopdt, plan: &Plan) -> Result<usize> {
     if !plan.is_limited() {
-        return Err(Error::argument("time", "not given and neither are limits", "given, or limits of u or y"));
+        return Err(Error::argument(
+            "time",
+            "not given and neither are limits",
+            "given, or limits of u or y",
+        ));
     }
     let least = rest(plant, plan.Ts) + LEAST_ROWS;
     let dynamics = (5.0 * (plant.T + plant.L) / plan.Ts).ceil() as usize;
@@ -276,15 +282,17 @@ fn out_of_reach(best: &Candidate, trial: &Trial, plan: &Plan, N: usize) -> Error
         100.0 * plan.target
     );
     let needed = best.predicted.worst() / plan.target;
-    Error::new("X07", text).at(Place::column("time")).count(rows.ceil() as usize).measured(worst, plan.target).remedy(
-        format!(
+    Error::new("X07", text)
+        .at(Place::column("time"))
+        .count(rows.ceil() as usize)
+        .measured(worst, plan.target)
+        .remedy(format!(
             "take {} s ({} rows), or an amplitude of {}, or a target of {}",
             rounded(rows * plan.Ts),
             rows.ceil(),
             rounded(needed),
             rounded(worst)
-        ),
-    )
+        ))
 }
 
 /// What to know about the predicted numbers.
@@ -322,7 +330,8 @@ fn too_little(predicted: &Predicted, N: usize, Ts: f64) -> Option<Error> {
         let share = worst / MOST;
         let rows = (N as f64 * share * share).ceil();
         let [K, T, L] = predicted.relative.map(|share| 100.0 * share);
-        let text = format!("more time needed: K would be known to {K:.0} %, T to {T:.0} %, L to {L:.0} % of T + L");
+        let text =
+            format!("more time needed: K would be known to {K:.0} %, T to {T:.0} %, L to {L:.0} % of T + L");
         let remedy = format!(
             "take {} s ({rows} rows), or {} times the amplitude; end no step before it has settled",
             rounded(rows * Ts),

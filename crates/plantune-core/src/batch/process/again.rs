@@ -159,6 +159,11 @@ impl Problem<'_, '_> {
     /// Scores in the record's unit of y, of the columns that data can tell apart; states are taken out of them.
     pub(super) fn scores(&self, point: &Point) -> Option<(Scores, Linear)> {
         let (_, linear) = self.evaluate(point)?;
+        Some((self.scores_with(point, &linear)?, linear))
+    }
+
+    /// The same for what follows linearly, where it is not that of the point itself.
+    pub(super) fn scores_with(&self, point: &Point, linear: &Linear) -> Option<Scores> {
         let mut scores = Scores {
             psi: vec![],
             eps: vec![],
@@ -167,7 +172,7 @@ impl Problem<'_, '_> {
             states: self.free_states(point.history),
         };
         let (told, mut number) = (self.told_apart(), 0);
-        self.each_stretch(point, &linear, |s, columns| {
+        self.each_stretch(point, linear, |s, columns| {
             let first = s.first(point.history);
             let valid: Vec<usize> = (first..s.rows.end).filter(|&k| self.rec.is_valid(k, 0)).collect();
             let column = |j: usize| -> Vec<f64> {
@@ -193,7 +198,7 @@ impl Problem<'_, '_> {
             }
             number += 1;
         })?;
-        Some((scores, linear))
+        Some(scores)
     }
 }
 

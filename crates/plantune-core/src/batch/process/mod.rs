@@ -19,6 +19,7 @@
 mod again;
 mod chain;
 mod code;
+mod information;
 mod lower;
 mod noise;
 mod problem;
@@ -30,6 +31,7 @@ mod summary;
 
 pub use self::again::{Known, process_bootstrap, process_sandwich, robust_process};
 pub use self::code::Code;
+pub use self::information::{Information, information};
 pub use self::problem::begins_as_step_test;
 use self::problem::{Point, Problem};
 use super::fit::{Fit, standard_deviations};

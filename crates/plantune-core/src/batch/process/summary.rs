@@ -114,7 +114,7 @@ impl Problem<'_, '_> {
     }
 
     /// Unit of the gain of input `i` in scaled units.
-    fn gain_unit(&self, i: usize) -> f64 {
+    pub(super) fn gain_unit(&self, i: usize) -> f64 {
         let time = if self.codes[i].integrating { self.rec.Ts } else { 1.0 };
         self.scale_u[i].factor / self.scale_y.factor / time
     }
