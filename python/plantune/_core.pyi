@@ -367,6 +367,18 @@ def input_moves(rec: Record, limits: Limits) -> bool:
 def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Fields:
     """Fields of `DelayScan` but `source`; `nk` is the lowest and the highest delay."""
 
+def impulse(
+    rec: Record,
+    output: int,
+    n: int,
+    kernel: str | None,
+    direct: bool,
+    nk: int | None,
+    whiten: bool,
+    limits: Limits,
+) -> Fields:
+    """Fields of `ImpulseResponse`, a list with one entry per input; `weights` from `first` on."""
+
 def least_squares(phi: Floats, y: Floats) -> Fields:
     """Fields of `Fit` but `method source Ts`; no model."""
 

@@ -2,5 +2,6 @@
 
 from plantune.analyze.delay import DelayScan, delay
 from plantune.analyze.health import Health, health
+from plantune.analyze.impulse import ImpulseResponse, impulse
 
-__all__ = ["DelayScan", "Health", "delay", "health"]
+__all__ = ["DelayScan", "Health", "ImpulseResponse", "delay", "health", "impulse"]

@@ -3,6 +3,7 @@
 mod delay;
 mod exclude;
 mod health;
+mod impulse;
 mod period;
 mod quantised;
 mod saturated;
@@ -13,6 +14,7 @@ mod stuck;
 pub use delay::{DelayScan, delay_scan};
 pub use exclude::{Actuators, Excluded, exclude};
 pub use health::{Health, health};
+pub use impulse::{ImpulseOptions, ImpulseResponse, Kernel, Response, impulse};
 pub use quantised::{Resolution, resolution};
 pub use saturated::{Ends, Saturated, guessed_ends, saturated};
 pub use sentinels::{Sentinel, sentinels};

@@ -1,5 +1,6 @@
 //! Signals: test inputs, time stamps, resampling, filters, correlation, drawing.
 
+mod autoregression;
 mod butter;
 mod correlate;
 mod decimate;
@@ -13,6 +14,7 @@ mod smooth;
 mod sos;
 mod stretches;
 
+pub use autoregression::{autoregression, through};
 pub use butter::{Band, butter, prewarped, prototype};
 pub use correlate::correlate;
 pub use decimate::{Decimated, decimate};
