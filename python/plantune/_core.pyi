@@ -391,9 +391,7 @@ class LoopSimulator:
 def experiment(model: Any, wishes: Any, limits: Limits) -> Fields:
     """`t u y trials notes` of a planned experiment."""
 
-def predicted_sd(
-    model: Any, u: Floats, Ts: float, noise_sd: float, ar: list[float]
-) -> Fields:
+def predicted_sd(model: Any, u: Floats, Ts: float, noise_sd: float, ar: list[float]) -> Fields:
     """`y sd relative notes`: what an input will tell of K, T and L."""
 
 def health(rec: Record, limits: Limits) -> Fields:
@@ -418,6 +416,18 @@ def informative(rec: Record, window: int, input: int, output: int, limits: Limit
 
 def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Fields:
     """Fields of `DelayScan` but `source`; `nk` is the lowest and the highest delay."""
+
+def impulse(
+    rec: Record,
+    output: int,
+    n: int,
+    kernel: str | None,
+    direct: bool,
+    nk: int | None,
+    whiten: bool,
+    limits: Limits,
+) -> Fields:
+    """Fields of `ImpulseResponse`, a list with one entry per input; `weights` from `first` on."""
 
 def least_squares(phi: Floats, y: Floats) -> Fields:
     """Fields of `Fit` but `method source Ts`; no model."""

@@ -1,9 +1,9 @@
 //! Looks at a record.
 
-use plantune_core::Limits;
-use plantune_core::analyze::{self, Actuators, Ends, delay_scan};
+use plantune_core::analyze::{self, Actuators, Ends, ImpulseOptions, Kernel, delay_scan};
 use plantune_core::excitation::{check_input_motion, excitation_order};
 use plantune_core::model::Model;
+use plantune_core::{Error, Limits};
 use pyo3::prelude::*;
 
 use crate::error::Outcome;
@@ -18,6 +18,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(spikes, m)?)?;
     m.add_function(wrap_pyfunction!(excitation_orders, m)?)?;
     m.add_function(wrap_pyfunction!(input_moves, m)?)?;
+    m.add_function(wrap_pyfunction!(impulse, m)?)?;
     m.add_function(wrap_pyfunction!(delay, m)?)
 }
 
@@ -218,4 +219,75 @@ fn informative<'py>(
         p: of(|w| w.p),
         notes: notes(&found.notes),
     })
+}
+
+/// The dict behind `plantune.analyze.ImpulseResponse(**d)`; one array per input.
+#[derive(IntoPyObject)]
+struct ImpulseOut<'py> {
+    first: usize,
+    g: Vec<Array<'py>>,
+    P: Vec<Array<'py>>,
+    step: Vec<Array<'py>>,
+    step_sd: Vec<Array<'py>>,
+    nk: Vec<usize>,
+    weights: Vec<Array<'py>>,
+    c: Vec<Option<f64>>,
+    lam: Vec<Option<f64>>,
+    rho: Vec<Option<f64>>,
+    noise_sd: f64,
+    D: Array<'py>,
+    evidence: Option<f64>,
+    N: usize,
+    notes: Vec<NoteOut>,
+}
+
+#[pyfunction]
+#[pyo3(signature = (rec, output, n, kernel, direct, nk, whiten, limits))]
+fn impulse<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    output: usize,
+    n: usize,
+    kernel: Option<&str>,
+    direct: bool,
+    nk: Option<usize>,
+    whiten: bool,
+    limits: LimitsIn,
+) -> Outcome<ImpulseOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let kernel = kernel.map(self::kernel).transpose()?;
+    let options = ImpulseOptions { n, kernel, first: usize::from(!direct), nk, whiten };
+    let found = py.detach(|| analyze::impulse(&record, output, &options, &limits))?;
+    Ok(impulse_out(py, found))
+}
+
+fn impulse_out(py: Python<'_>, found: analyze::ImpulseResponse) -> ImpulseOut<'_> {
+    let each = |of: fn(&analyze::Response) -> &[f64]| -> Vec<Array<'_>> {
+        found.responses.iter().map(|r| array(py, of(r).to_vec())).collect()
+    };
+    let number = |of: fn(&analyze::Response) -> Option<f64>| found.responses.iter().map(of).collect();
+    ImpulseOut {
+        first: found.first,
+        g: each(|r| &r.g),
+        P: each(|r| &r.P),
+        step: each(|r| &r.step),
+        step_sd: each(|r| &r.step_sd),
+        nk: found.responses.iter().map(|r| r.nk).collect(),
+        weights: each(|r| &r.weights),
+        c: number(|r| r.c),
+        lam: number(|r| r.lam),
+        rho: number(|r| r.rho),
+        noise_sd: found.noise_sd,
+        evidence: found.evidence,
+        N: found.N,
+        notes: notes(&found.notes),
+        D: array(py, found.D),
+    }
+}
+
+fn kernel(name: &str) -> Outcome<Kernel> {
+    let all = [Kernel::Tc, Kernel::Dc, Kernel::Ss];
+    let found = all.into_iter().find(|kernel| kernel.as_str() == name);
+    Ok(found.ok_or_else(|| Error::argument("kernel", format!("'{name}'"), "'tc', 'dc', 'ss' or None"))?)
 }

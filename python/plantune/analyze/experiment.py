@@ -306,9 +306,7 @@ def experiment(
     """
     limits = limits or DEFAULT_LIMITS
     plant = _plant(model)
-    wishes = _Wishes(
-        Ts, noise_sd, _list(ar), time, u_limits, y_limits, at, target, shape, seed
-    )
+    wishes = _Wishes(Ts, noise_sd, _list(ar), time, u_limits, y_limits, at, target, shape, seed)
     d = _core.experiment(plant, wishes, limits)
     trials = tuple(
         Trial(**{**t, "sd": _named(t["sd"]), "relative": _named(t["relative"])})

@@ -155,7 +155,9 @@ class Informative:
     def __str__(self) -> str:
         can = len(self.identifiable)
         head = f"{len(self.stretches)} stretches in which u drives y, {can} can be identified"
-        return "\n".join([head, *(f"  {s}" for s in self.stretches), *(f"  {n}" for n in self.notes)])
+        return "\n".join(
+            [head, *(f"  {s}" for s in self.stretches), *(f"  {n}" for n in self.notes)]
+        )
 
 
 def informative(

@@ -4,6 +4,7 @@ mod delay;
 mod exclude;
 mod experiment;
 mod health;
+mod impulse;
 mod informative;
 mod period;
 mod quantised;
@@ -18,6 +19,7 @@ pub use experiment::{
     Disturbance, Experiment, Plan, Predicted, Room, Shape, Trial, experiment, judged, near_zero,
 };
 pub use health::{Health, health};
+pub use impulse::{ImpulseOptions, ImpulseResponse, Kernel, Response, impulse};
 pub use informative::{Informative, InformativeOptions, InformativeStretch, Window, informative};
 pub use quantised::{Resolution, resolution};
 pub use saturated::{Ends, Saturated, guessed_ends, saturated};

@@ -1,5 +1,6 @@
 //! Signals: test inputs, time stamps, resampling, filters, correlation, drawing.
 
+mod autoregression;
 mod butter;
 mod chirp;
 mod correlate;
@@ -17,6 +18,7 @@ mod sos;
 mod staircase;
 mod stretches;
 
+pub use autoregression::{autoregression, through};
 pub use butter::{Band, butter, prewarped, prototype};
 pub use chirp::{Sweep, chirp};
 pub use correlate::correlate;
