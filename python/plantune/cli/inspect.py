@@ -35,7 +35,8 @@ def inspect(
 ) -> None:
     """Show what a file holds and its record shows, and all that is wrong; nothing is refused."""
     with refusing(as_json):
-        seen = look(reading.path, **reading.options(), limits=limits_of(limit))
+        limits, rows = limits_of(limit), reading.between
+        seen = look(reading.path, **reading.options(), between=rows, limits=limits)
         with whole_folder(out) as staging:
             report.write_inspection(staging / "inspection.html", seen, reading.title)
     if as_json:

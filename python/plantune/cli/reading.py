@@ -51,6 +51,10 @@ class Reading:
         None
     )
 
+    between: Annotated[
+        tuple[float, float] | None, typer.Option(help="Only rows between these times, seconds.")
+    ] = None
+
     @property
     def title(self) -> str:
         """The name of the record."""
@@ -59,7 +63,8 @@ class Reading:
 
     def record(self, limits: Limits) -> Record:
         """Read the record."""
-        return read(self.path, **self.options(), limits=limits)
+        rec = read(self.path, **self.options(), limits=limits)
+        return rec if self.between is None else rec.between(*self.between)
 
     @property
     def path(self) -> Path | list[Path]:

@@ -7,18 +7,20 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Final
 
-from plantune import _core
-from plantune.analyze import DelayScan, delay, health
+from plantune.analyze import DelayScan, ImpulseResponse, Informative
 from plantune.errors import PlantuneError
 from plantune.inspection.files import FileSeen, file_seen
+from plantune.inspection.look import look
+from plantune.inspection.steps import steps
 from plantune.io import read
 from plantune.io.draft import Names
 from plantune.io.several import joined, names_of
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, merged, note_of
 from plantune.record import Record
 
-MOST_ORDER: Final = 8
-"""Parameters up to which the excitation is looked at."""
+_NOTHING: Final[dict[str, Any]] = {
+    "excitation": {}, "delay": {}, "impulse": None, "informative": None
+}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +41,12 @@ class Inspection(FileSeen):
         Parameters of a linear model that each input supports, at most 8.
     delay : mapping of name to DelayScan
         From each input, where it can be scanned.
+    impulse : ImpulseResponse or None
+        Of the first output.
+    informative : Informative or None
+        Stretches in which the input drives the output, ranked by what they say of it.
+    steps : tuple of str
+        What to do next, in the order in which it is done.
     findings : tuple of Note
         All that is wrong or in doubt; severity "error" for what every other verb refuses.
     others : tuple of FileSeen
@@ -63,6 +71,9 @@ class Inspection(FileSeen):
     record: Record | None
     excitation: Mapping[str, int]
     delay: Mapping[str, DelayScan]
+    impulse: ImpulseResponse | None
+    informative: Informative | None
+    steps: tuple[str, ...]
     findings: tuple[Note, ...]
     others: tuple[FileSeen, ...] = ()
 
@@ -77,6 +88,7 @@ def inspect(
     Ts: float | None = None,
     *,
     time: Names = None,
+    between: tuple[float, float] | None = None,
     limits: Limits | None = None,
     **options: Any,
 ) -> Inspection:
@@ -92,6 +104,8 @@ def inspect(
         As for `read`.
     u, y, Ts, time, limits, **options
         As for `read`.
+    between : (start, stop), optional
+        Times in seconds; only rows between them are looked at.
 
     Returns
     -------
@@ -121,30 +135,37 @@ def inspect(
     found: list[list[Note]] = [[] for _ in paths]
     every = list(zip(paths, names, found, strict=True))
     files = [file_seen(path, name, time, limits, notes) for path, name, notes in every]
-    records = []
+    records: list[Record | None] = []
+    ways: dict[str, Any] = {}
     if not (u is None and y is None):
         step = files[0].stamps.step if files[0].stamps else 0.0
         seen = (here for here, file in zip(every, files, strict=True) if file.columns)
-        records = [_record(path, options, step, notes) for path, _, notes in seen]
+        records = [_record(path, options, step, notes, ways) for path, _, notes in seen]
     findings = list(merged(list(zip(names, found, strict=True))))
     rec = _whole(records, names, findings)
-    excitation, scans = _look(rec, limits, findings) if rec else ({}, {})
+    if rec is not None and between is not None:
+        rec = rec.between(*between)
+    shown = _NOTHING if rec is None else look(rec, limits, findings)
     return Inspection(
         name=files[0].name,
         columns=files[0].columns,
         stamps=files[0].stamps,
         record=rec,
-        excitation=excitation,
-        delay=scans,
+        **shown,
+        steps=steps(files[0].name, rec, shown["informative"], findings, ways),
         findings=tuple(dict.fromkeys(findings)),
         others=tuple(files[1:]),
     )
 
 
 def _record(
-    path: str | PathLike[str], options: dict[str, Any], step: float, findings: list[Note]
+    path: str | PathLike[str],
+    options: dict[str, Any],
+    step: float,
+    findings: list[Note],
+    taken: dict[str, Any],
 ) -> Record | None:
-    """Read the record of a file; behind a refusal with a usual way on, go on."""
+    """Read the record of a file; behind a refusal with a usual way on, take it and go on."""
     ways: dict[str, dict[str, Any]] = {
         "D05": {"ragged": "skip"},
         "D07": {"missing": "segments"},
@@ -159,7 +180,9 @@ def _record(
             findings[:] = [*(n for n in findings if n.code != error.code), note_of(error)]
             if error.code not in ways:
                 return None
-            options = {**options, **ways.pop(error.code)}
+            way = ways.pop(error.code)
+            taken |= way
+            options = {**options, **way}
 
 
 def _whole(
@@ -176,19 +199,3 @@ def _whole(
     except PlantuneError as error:
         findings.append(note_of(error))
         return None
-
-
-def _look(
-    rec: Record, limits: Limits, findings: list[Note]
-) -> tuple[dict[str, int], dict[str, DelayScan]]:
-    """Look at a record as the main job does; return excitation and delay of each input."""
-    findings += [*rec.notes, *health(rec, limits).notes]
-    orders = _core.excitation_orders(rec, MOST_ORDER, limits)
-    scans = {}
-    for i, name in enumerate(rec.u_names if rec.ny == 1 else ()):
-        try:
-            scans[name] = delay(rec, (0, max(1, min(20, rec.N // 4))), input=i, limits=limits)
-            findings += scans[name].notes
-        except PlantuneError as error:
-            findings.append(note_of(error))
-    return dict(zip(rec.u_names, orders, strict=True)), scans

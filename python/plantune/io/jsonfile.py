@@ -24,7 +24,7 @@ def to_json(value: Any, longest: int | None = None) -> Any:
     """Return a value as what JSON can hold: objects, lists, numbers, text, true, false, null.
 
     Dataclasses and named tuples become objects of their fields, models with their `kind`; arrays
-    become lists; a complex number `[re, im]`; what is not finite null.
+    become lists; a complex number `[re, im]`; a slice `[start, stop]`; what is not finite null.
 
     Parameters
     ----------
@@ -58,6 +58,8 @@ def to_json(value: Any, longest: int | None = None) -> Any:
         return to_json(value._asdict(), longest)
     if isinstance(value, list | tuple | set | frozenset | range):
         return [to_json(item, longest) for item in value]
+    if isinstance(value, slice):
+        return [value.start, value.stop]
     if isinstance(value, complex):
         return [to_json(value.real), to_json(value.imag)]
     if isinstance(value, float):

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from plantune import plot
 from plantune.report.figures import HINT, Drawn, drawn_figure
-from plantune.report.sections import note_item
-from plantune.report.text import escaped, table
+from plantune.report.sections import fact_list, note_item
+from plantune.report.text import escaped, table, with_sd
 from plantune.text import number
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ def of_inspection(seen: Inspection, title: str) -> list[str]:
     """Return the sections of the page, in the order in which they are read."""
     files = "".join(_file(file) for file in (seen, *seen.others) if file.columns)
     parts = {
+        "next": ("What to do next", _next(seen)),
         "found": ("What was found", _found(seen)),
         "figures": ("What the record shows", _figures(seen)),
         "files": ("What the files hold", files),
@@ -42,8 +43,32 @@ def _head(seen: Inspection, title: str, links: str) -> str:
 <h1>{escaped(title)}</h1>
 <p><span class="verdict {kind}">{word}</span></p>
 <p class="outcome">{escaped(seen.record or "No record: name its input and its output.", 1200)}</p>
+{_facts(seen)}
 <nav aria-label="Sections"><ul>{links}</ul></nav>
 </header>"""
+
+
+def _facts(seen: Inspection) -> str:
+    """Return the few numbers that one came for."""
+    facts: list[tuple[str, str, str]] = []
+    rec = seen.record
+    if rec is not None:
+        span = f"{number(rec.Ts)} {rec.time_unit} apart"
+        facts.append(("rows", str(rec.N), span))
+    if seen.impulse is not None and len(seen.impulse.inputs) == 1:
+        h = seen.impulse
+        facts.append(("gain", with_sd(float(h.gain), float(h.gain_sd)), "without a model"))
+        facts.append(("delay", f"{h.nk} samples", "first live tap"))
+    if seen.informative is not None:
+        count = len(seen.informative.stretches)
+        can = len(seen.informative.identifiable)
+        facts.append(("stretches to identify", f"{can} of {count}", "in which u drives y"))
+    return fact_list(facts)
+
+
+def _next(seen: Inspection) -> str:
+    items = "".join(f"<li>{escaped(step, 500)}</li>" for step in seen.steps)
+    return f"<ol>{items}</ol>"
 
 
 def _found(seen: Inspection) -> str:

@@ -254,6 +254,11 @@ def _facts(run: Run) -> str:
     if verdict is not None:
         one = f"one step {verdict.fit_1step:.1f} %"
         facts.append(("simulation fit", f"{verdict.fit:.1f} %", one))
+    return fact_list(facts)
+
+
+def fact_list(facts: list[tuple[str, str, str]]) -> str:
+    """Return numbers in boxes: name, number, and a few words below it."""
     cells = (
         f"<div><dt>{escaped(name)}</dt><dd>{escaped(value)}<small>{escaped(small)}</small></dd>"
         "</div>"

@@ -1,0 +1,78 @@
+"""What to do after a look: repairs, what to record, which rows to take, and the next command."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from plantune.analyze import Informative
+from plantune.notes import Note
+from plantune.record import Record
+
+# Options of `read` as the command line has them.
+_AS_TYPED = {
+    ("missing", "segments"): "--missing segments",
+    ("sort", True): "--sort",
+    ("ragged", "skip"): "--ragged skip",
+}
+
+
+def steps(
+    file: str,
+    rec: Record | None,
+    found: Informative | None,
+    findings: Sequence[Note],
+    ways: Mapping[str, Any],
+) -> tuple[str, ...]:
+    """Return what to do next, in the order in which it is done.
+
+    Parameters
+    ----------
+    file : str
+        Its name.
+    rec : Record or None
+        The record, where there is one.
+    found : Informative or None
+        Its stretches, where they were searched.
+    findings : sequence of Note
+        All that was found.
+    ways : mapping
+        Options of `read` behind which the record was made.
+    """
+    codes = {note.code for note in findings if note.severity == "error"}
+    if rec is None:
+        named = not codes
+        what = "Name its input and its output, and look again: "
+        command = f"plantune inspect {file} --u COLUMN --y COLUMN"
+        repair = "Mend what is said below, then look again."
+        return (f"{what}{command}" if named else repair,)
+    todo = []
+    typed = [_AS_TYPED.get(way) or f"--{way[0]} {way[1]:g}" for way in ways.items()]
+    if typed:
+        todo.append(f"Read it with {' '.join(typed)}, as this look has done.")
+    if found is None or not found.identifiable:
+        todo.append(
+            "Record an experiment: these rows do not say enough of gain, time constant and delay. "
+            "plantune design plans one from a rough K, T and L."
+        )
+        return tuple(todo)
+    rows, between = _rows(rec, found)
+    if between:
+        todo.append(f"Take the rows that say most: {rows}.")
+        typed.append(between)
+    if any(note.code == "X09" for note in findings):
+        todo.append(
+            "The loop is closed: take a model with a model of the noise, process(rec, "
+            'noise="arma"), armax or bj.'
+        )
+    columns = f"--u {rec.u_names[0]} --y {rec.y_names[0]}"
+    todo.append(f"Identify and tune: {' '.join(['plantune tune', file, columns, *typed])}")
+    return tuple(todo)
+
+
+def _rows(rec: Record, found: Informative) -> tuple[str, str]:
+    """Say which stretch is the best, and how it is typed; nothing where that is all rows."""
+    best = found.identifiable[0]
+    if best.rows.stop - best.rows.start > rec.N // 2:
+        return "", ""
+    return str(best), f"--between {best.start:g} {best.end + rec.Ts:g}"
