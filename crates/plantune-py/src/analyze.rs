@@ -263,10 +263,10 @@ fn impulse<'py>(
 }
 
 fn impulse_out(py: Python<'_>, found: analyze::ImpulseResponse) -> ImpulseOut<'_> {
-    let each = |of: fn(&analyze::Response) -> &[f64]| -> Vec<Array<'_>> {
+    let each = |of: fn(&analyze::PathResponse) -> &[f64]| -> Vec<Array<'_>> {
         found.responses.iter().map(|r| array(py, of(r).to_vec())).collect()
     };
-    let number = |of: fn(&analyze::Response) -> Option<f64>| found.responses.iter().map(of).collect();
+    let number = |of: fn(&analyze::PathResponse) -> Option<f64>| found.responses.iter().map(of).collect();
     ImpulseOut {
         first: found.first,
         g: each(|r| &r.g),

@@ -6,6 +6,7 @@ mod eigen;
 mod forward;
 mod golden;
 mod gram;
+mod hermitian;
 mod kernel;
 mod levenberg;
 mod lines;
@@ -27,6 +28,7 @@ pub use eigen::{Singular, eigenvalues, exponential, right_singular_vectors, symm
 pub use forward::forward;
 pub use golden::golden;
 pub use gram::Gram;
+pub use hermitian::hermitian_inverse;
 pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};
 pub use levenberg::{MOST_STEPS, Minimum, Residuals, TIE, minimise};
 pub use lines::Lines;

@@ -1,4 +1,4 @@
-//! Signals: test inputs, time stamps, resampling, filters, correlation, drawing.
+//! Signals: test inputs, time stamps, resampling, filters, correlation, spectra, drawing.
 
 mod autoregression;
 mod butter;
@@ -8,6 +8,7 @@ mod decimate;
 mod detrend;
 mod drive;
 mod envelope;
+mod fft;
 mod gbn;
 mod multisine;
 mod prbs;
@@ -15,8 +16,10 @@ mod prefilter;
 mod resample;
 mod smooth;
 mod sos;
+mod spectra;
 mod staircase;
 mod stretches;
+mod window;
 
 pub use autoregression::{autoregression, through};
 pub use butter::{Band, butter, prewarped, prototype};
@@ -26,6 +29,7 @@ pub use decimate::{Decimated, decimate};
 pub use detrend::{has_no_level, means, without_levels};
 pub use drive::drive;
 pub use envelope::envelope;
+pub use fft::Fourier;
 pub use gbn::gbn;
 pub use multisine::{Phases, crest_factor, multisine};
 pub use prbs::{prbs, register_bits};
@@ -33,5 +37,7 @@ pub use prefilter::{Filtered, Marks, prefilter};
 pub use resample::{Resampled, Steps, resample, steps, uniform_step};
 pub use smooth::{Smoothed, smooth};
 pub use sos::{Filter, Section, Sos};
+pub use spectra::{Spectra, Stretched, blackman_tukey, smoothed, welch};
 pub use staircase::staircase;
 pub use stretches::{Stretches, stretches};
+pub use window::Window;

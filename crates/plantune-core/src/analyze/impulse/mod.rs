@@ -59,7 +59,7 @@ pub struct ImpulseOptions {
 
 /// The response to an impulse of one input.
 #[derive(Clone, Debug)]
-pub struct Response {
+pub struct PathResponse {
     /// Taps.
     pub g: Vec<f64>, // (n)
     /// Their covariance.
@@ -86,7 +86,7 @@ pub struct ImpulseResponse {
     /// Lag of the first tap.
     pub first: usize,
     /// One per input.
-    pub responses: Vec<Response>,
+    pub responses: Vec<PathResponse>,
     /// Standard deviation of the white errors.
     pub noise_sd: f64,
     /// `D(q)`, by which both signals were filtered; monic.
@@ -203,7 +203,7 @@ fn regularised(rows: &Rows, kernel: Kernel, options: &ImpulseOptions) -> Impulse
 }
 
 /// Taps in the record's units, and what follows from them.
-fn response(taps: Taps, unit: f64, nk: usize) -> Response {
+fn response(taps: Taps, unit: f64, nk: usize) -> PathResponse {
     let n = taps.g.len();
     let g: Vec<f64> = taps.g.iter().map(|g| g * unit).collect();
     let P: Vec<f64> = taps.P.iter().map(|p| p * unit * unit).collect();
@@ -215,12 +215,12 @@ fn response(taps: Taps, unit: f64, nk: usize) -> Response {
         step.push(sum);
         step_sd.push(variance.max(0.0).sqrt());
     }
-    Response { g, P, step, step_sd, nk, weights: Vec::new(), c: None, lam: None, rho: None }
+    PathResponse { g, P, step, step_sd, nk, weights: Vec::new(), c: None, lam: None, rho: None }
 }
 
 /// X07 where a response has not died away, one per input.
 fn notes(rec: &Record, found: &ImpulseResponse) -> Vec<Note> {
-    let open = |(i, response): (usize, &Response)| {
+    let open = |(i, response): (usize, &PathResponse)| {
         let n = response.g.len();
         let (last, sd) = (response.g[n - 1], response.P[n * n - 1].sqrt());
         // What a last tap would still add if it died away as slowly as the prior allows.
