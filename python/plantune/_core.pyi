@@ -417,6 +417,12 @@ def informative(rec: Record, window: int, input: int, output: int, limits: Limit
 def delay(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Fields:
     """Fields of `DelayScan` but `source`; `nk` is the lowest and the highest delay."""
 
+def xcorr(rec: Record, columns: tuple[int, int], lags: int, limits: Limits) -> Fields:
+    """Fields of `Correlation` but `source`; `columns` are the input and the output."""
+
+def delay_evidence(rec: Record, input: int, nk: tuple[int, ...], limits: Limits) -> Fields:
+    """Fields of `DelayEvidence` but `source`; its findings are fields in turn."""
+
 def impulse(
     rec: Record,
     output: int,
@@ -977,9 +983,18 @@ class Bank:
 # --- judgement ---------------------------------------------------------------------------------
 
 def check(
-    rec: Record, model: Model, x0: str, offset: float | None, lags: int, limits: Limits
+    rec: Record,
+    model: Model,
+    x0: str,
+    offset: float | None,
+    lags: int,
+    fitted: int | None,
+    limits: Limits,
 ) -> Fields:
-    """Fields of `Verdict` that are computed; an X04 carries them in `.result`."""
+    """Fields of `Verdict` that are computed; an X04 carries them in `.result`.
+
+    `fitted` is the number of rows that the model was fitted on, where there was a fit.
+    """
 
 def plausible(
     model: Model, P: Floats | None, inputs: Sequence[str], limits: Limits

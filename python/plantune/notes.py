@@ -153,6 +153,8 @@ class Limits:
     """Standard deviations by which feedback may move gain or time constant of a process model."""
     V13: float = _DEFAULT["V13"]
     """Points of simulation fit that another level may cost before it is said."""
+    V16: float = _DEFAULT["V16"]
+    """Largest share of its size by which a step response may differ from that of the record."""
     X12: float = _DEFAULT["X12"]
     """Standard deviations that a process gain must be away from zero to be tuned on."""
     T04: float = _DEFAULT["T04"]

@@ -65,6 +65,8 @@ pub struct Limits {
     pub V11: f64,
     /// Points of simulation fit that another level may cost before it is said.
     pub V13: f64,
+    /// Largest share of its size by which a step response may differ from that of the record.
+    pub V16: f64,
     /// Standard deviations that a process gain must be away from zero to be tuned on.
     pub X12: f64,
     /// Share of the integral gain of the best model that tuning over its uncertainty shall keep.
@@ -109,6 +111,7 @@ impl Default for Limits {
             V10: 1.0,
             V11: 2.0,
             V13: 5.0,
+            V16: 0.05,
             X12: 2.0,
             T04: 0.5,
             C07: 2.0,
@@ -119,7 +122,7 @@ impl Default for Limits {
 
 impl Limits {
     /// Every threshold by its code, in the order of the catalogue.
-    pub fn items(&self) -> [(&'static str, f64); 35] {
+    pub fn items(&self) -> [(&'static str, f64); 36] {
         [
             ("D07", self.D07),
             ("D08", self.D08),
@@ -152,6 +155,7 @@ impl Limits {
             ("V10", self.V10),
             ("V11", self.V11),
             ("V13", self.V13),
+            ("V16", self.V16),
             ("X12", self.X12),
             ("T04", self.T04),
             ("C07", self.C07),

@@ -19,6 +19,8 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(excitation_orders, m)?)?;
     m.add_function(wrap_pyfunction!(input_moves, m)?)?;
     m.add_function(wrap_pyfunction!(impulse, m)?)?;
+    m.add_function(wrap_pyfunction!(xcorr, m)?)?;
+    m.add_function(wrap_pyfunction!(delay_evidence, m)?)?;
     m.add_function(wrap_pyfunction!(delay, m)?)
 }
 
@@ -46,7 +48,11 @@ fn delay<'py>(
     let limits: Limits = limits.into();
     let record = rec.view(&limits)?;
     let scan = py.detach(|| delay_scan(&record, input, nk, &limits))?;
-    Ok(DelayOut {
+    Ok(delay_out(py, scan))
+}
+
+fn delay_out(py: Python<'_>, scan: analyze::DelayScan) -> DelayOut<'_> {
+    DelayOut {
         nk: scan.nk,
         order: scan.order,
         candidates: scan.candidates,
@@ -55,7 +61,7 @@ fn delay<'py>(
         runner_up: scan.runner_up,
         N: scan.N,
         notes: notes(&scan.notes),
-    })
+    }
 }
 
 /// The dict behind `plantune.analyze.Health(**d)`; rows are those of the file.
@@ -226,6 +232,7 @@ fn informative<'py>(
 struct ImpulseOut<'py> {
     first: usize,
     g: Vec<Array<'py>>,
+    sd: Vec<Array<'py>>,
     P: Vec<Array<'py>>,
     step: Vec<Array<'py>>,
     step_sd: Vec<Array<'py>>,
@@ -270,6 +277,7 @@ fn impulse_out(py: Python<'_>, found: analyze::ImpulseResponse) -> ImpulseOut<'_
     ImpulseOut {
         first: found.first,
         g: each(|r| &r.g),
+        sd: each(|r| &r.sd),
         P: each(|r| &r.P),
         step: each(|r| &r.step),
         step_sd: each(|r| &r.step_sd),
@@ -290,4 +298,104 @@ fn kernel(name: &str) -> Outcome<Kernel> {
     let all = [Kernel::Tc, Kernel::Dc, Kernel::Ss];
     let found = all.into_iter().find(|kernel| kernel.as_str() == name);
     Ok(found.ok_or_else(|| Error::argument("kernel", format!("'{name}'"), "'tc', 'dc', 'ss' or None"))?)
+}
+
+/// The dict behind `plantune.analyze.Correlation(**d)`.
+#[derive(IntoPyObject)]
+struct CorrelationOut<'py> {
+    lags: Vec<i64>,
+    raw: Array<'py>,
+    raw_band: f64,
+    prewhitened: Array<'py>,
+    band: f64,
+    A: Array<'py>,
+    peak: usize,
+    first: Option<usize>,
+    feedback: Option<i64>,
+    N: usize,
+    notes: Vec<NoteOut>,
+}
+
+#[pyfunction]
+fn xcorr<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    columns: (usize, usize),
+    lags: usize,
+    limits: LimitsIn,
+) -> Outcome<CorrelationOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let found = py.detach(|| analyze::xcorr(&record, columns, lags, &limits))?;
+    Ok(correlation_out(py, found))
+}
+
+fn correlation_out(py: Python<'_>, found: analyze::Correlation) -> CorrelationOut<'_> {
+    CorrelationOut {
+        lags: found.lags,
+        raw: array(py, found.raw),
+        raw_band: found.raw_band,
+        prewhitened: array(py, found.prewhitened),
+        band: found.band,
+        A: array(py, found.A),
+        peak: found.peak,
+        first: found.first,
+        feedback: found.feedback,
+        N: found.N,
+        notes: notes(&found.notes),
+    }
+}
+
+/// The dict behind `plantune.analyze.DelayEvidence`.
+#[derive(IntoPyObject)]
+struct EvidenceOut<'py> {
+    nk: usize,
+    weight: f64,
+    trusted: &'static str,
+    likely: Vec<usize>,
+    correlation: CorrelationOut<'py>,
+    arx: DelayOut<'py>,
+    oe: OeScanOut<'py>,
+    impulse: ImpulseOut<'py>,
+    notes: Vec<NoteOut>,
+}
+
+/// The dict behind `plantune.analyze.OEScan(**d)`.
+#[derive(IntoPyObject)]
+struct OeScanOut<'py> {
+    candidates: Vec<usize>,
+    loss: Array<'py>,
+    orders: Vec<usize>,
+    weights: Array<'py>,
+    N: usize,
+}
+
+#[pyfunction]
+fn delay_evidence<'py>(
+    py: Python<'py>,
+    rec: RecordIn<'py>,
+    input: usize,
+    nk: (usize, usize),
+    limits: LimitsIn,
+) -> Outcome<EvidenceOut<'py>> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let found = py.detach(|| analyze::delay_evidence(&record, input, nk, &limits))?;
+    Ok(EvidenceOut {
+        nk: found.nk,
+        weight: found.weight,
+        trusted: found.trusted,
+        likely: found.likely,
+        correlation: correlation_out(py, found.correlation),
+        arx: delay_out(py, found.arx),
+        oe: OeScanOut {
+            candidates: found.oe.candidates,
+            loss: array(py, found.oe.loss),
+            orders: found.oe.orders,
+            weights: array(py, found.oe.weights),
+            N: found.oe.N,
+        },
+        impulse: impulse_out(py, found.impulse),
+        notes: notes(&found.notes),
+    })
 }

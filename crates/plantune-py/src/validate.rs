@@ -94,11 +94,12 @@ fn check<'py>(
     x0: &str,
     offset: Option<f64>,
     lags: usize,
+    fitted: Option<usize>,
     limits: LimitsIn,
 ) -> Outcome<VerdictOut<'py>> {
     let limits: Limits = limits.into();
     let record = rec.view(&limits)?;
-    let options = CheckOptions { x0: start(x0)?, offset, lags };
+    let options = CheckOptions { x0: start(x0)?, offset, lags, fitted };
     checked(py, py.detach(|| validate::check(&model.0, &record, &options, &limits)))
 }
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -98,7 +100,11 @@ def delay(
     nk = 3 (order 3; next 2)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
-    d = _core.delay(rec, input, _range(nk), limits)
+    return scan_from_core(_core.delay(rec, input, checked_range(nk), limits), rec, limits)
+
+
+def scan_from_core(d: Mapping[str, Any], rec: Record, limits: Limits) -> DelayScan:
+    """Return the fields that the core sends as a value."""
     return DelayScan(
         **{
             **d,
@@ -110,7 +116,8 @@ def delay(
     )
 
 
-def _range(nk: object) -> tuple[int, int]:
+def checked_range(nk: object) -> tuple[int, int]:
+    """Return a range of delays; refuse what is none (U01)."""
     ends = tuple(nk) if isinstance(nk, tuple | list) else ()
     if len(ends) != 2 or not all(isinstance(k, int) and 0 <= k < 2**53 for k in ends):
         raise refusal(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,10 +146,8 @@ def impulse(
 
     Raises
     ------
-    DataError
-        Not more rows than taps (X03): the message says how many taps there is room for.
     NotIdentifiable
-        An input stands still (X01); without a kernel, the inputs do not tell the taps apart (X02).
+        Not more rows than taps (X03): the message says how many taps there is room for.  An input stands still (X01); without a kernel, the inputs do not tell the taps apart (X02).
 
     Notes
     -----
@@ -165,39 +165,45 @@ def impulse(
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     _check(n, nk, kernel)
-    which = _which(rec, output)
+    which = output_number(rec, output)
     d = _core.impulse(rec, which, n, kernel, direct, nk, whiten, limits)
+    return impulse_from_core(d, rec, which, kernel, limits)
+
+
+def impulse_from_core(
+    d: Mapping[str, Any], rec: Record, which: int, kernel: str | None, limits: Limits
+) -> ImpulseResponse:
+    """Return the fields that the core sends, input by input, as a value."""
     single = rec.nu == 1
 
-    def per_input(values: object) -> object:
-        x = np.asarray(values, float)
-        return x[0] if single else np.moveaxis(x, 0, -1)
+    def curves(name: str) -> Floats:
+        return d[name][0] if single else np.stack(d[name], axis=1)  # type: ignore[no-any-return]
 
-    def number(values: object) -> object:
-        x = np.array([np.nan if v is None else v for v in values])  # type: ignore[attr-defined]
+    def numbers(values: Iterable[float | None]) -> Any:
+        x = np.array([np.nan if v is None else v for v in values])
         return x[0].item() if single else x
 
-    P = np.asarray(d["P"]).reshape(rec.nu, n, n)
-    g, step, step_sd = (per_input(d[name]) for name in ("g", "step", "step_sd"))
+    n = len(d["g"][0])
+    P = np.reshape(d["P"], (rec.nu, n, n))
     weights = _weights(d["weights"])
     lags = np.arange(d["first"], d["first"] + n)
     return ImpulseResponse(
         lags=lags,
         t=lags * rec.Ts,
-        g=g,
-        sd=per_input(np.sqrt(np.diagonal(P, axis1=1, axis2=2))),
+        g=curves("g"),
+        sd=curves("sd"),
         P=P[0] if single else P,
-        step=step,
-        step_sd=step_sd,
-        gain=number([s[-1] for s in d["step"]]),
-        gain_sd=number([s[-1] for s in d["step_sd"]]),
+        step=curves("step"),
+        step_sd=curves("step_sd"),
+        gain=numbers(s[-1] for s in d["step"]),
+        gain_sd=numbers(s[-1] for s in d["step_sd"]),
         nk=d["nk"][0] if single else np.array(d["nk"]),
         delays=d["first"] + np.arange(weights.shape[1]),
         weights=weights[0] if single else weights,
         kernel=kernel,
-        c=number(d["c"]),
-        lam=number(d["lam"]),
-        rho=number(d["rho"]),
+        c=numbers(d["c"]),
+        lam=numbers(d["lam"]),
+        rho=numbers(d["rho"]),
         noise_sd=d["noise_sd"],
         D=d["D"],
         evidence=np.nan if d["evidence"] is None else d["evidence"],
@@ -209,7 +215,7 @@ def impulse(
     )
 
 
-def _weights(rows: list[Floats]) -> Floats:
+def _weights(rows: Sequence[Floats]) -> Floats:
     """Weights of all inputs, over the delays that any of them has."""
     longest = max(len(row) for row in rows)
     return np.array([np.pad(row, (0, longest - len(row))) for row in rows])
@@ -235,7 +241,7 @@ def _check(n: object, nk: object, kernel: object) -> None:
         )
 
 
-def _which(rec: Record, output: str | None) -> int:
+def output_number(rec: Record, output: str | None) -> int:
     """Return the number of the output; of several one has to be named."""
     if output is None and rec.ny == 1:
         return 0

@@ -224,7 +224,9 @@ def check(
         elif several:
             d = _core.matrix_check(rec, model, i, (x0, used, lags), limits)
         else:
-            d = _core.check(rec, model, x0, None if used is None else used[0], lags, limits)
+            level = None if used is None else used[0]
+            fitted = fit.N if isinstance(fit, Fit) else None
+            d = _core.check(rec, model, x0, level, lags, fitted, limits)
     except NotIdentifiable as error:
         if error.result is not None:
             error.result = _verdict(error.result, rec, i, extra, further)

@@ -8,8 +8,8 @@
 //!
 //! The raw correlation is the plant's response smeared by that of the input with itself: where the input is held for
 //! `h` samples its peak is late by about `h - 1`. With white input it is the impulse response up to a factor, and
-//! its first lag outside the band is the delay. At a lag of zero or less nothing may stand out, unless the input
-//! answers the output.
+//! its first lag outside the band is the delay. At a lag below zero nothing may stand out, unless the input answers
+//! the output.
 //!
 //! Source 001, (3.5-35); Box and Jenkins 1970, 11.2.
 
@@ -25,6 +25,9 @@ use crate::signal::{autoregression, through};
 
 /// Standard deviations of the bands: with 40 lags one in ten records has a lag outside by chance.
 const BAND: f64 = 3.0;
+
+/// Standard deviations from which a lag below the first delay speaks for feedback: it must not be said by chance.
+const FEEDBACK: f64 = 4.0;
 
 /// Largest order of the input's autoregression, and rows it needs per order.
 const MOST_ORDER: usize = 30;
@@ -49,7 +52,7 @@ pub struct Correlation {
     pub peak: usize,
     /// First lag `>= 0` of the pre-whitened one outside its band.
     pub first: Option<usize>,
-    /// Largest lag `<= 0` of the pre-whitened one outside its band: the input answers the output.
+    /// Lag `< 0` where the pre-whitened one is largest, if it is beyond 4 standard deviations: the input answers the output.
     pub feedback: Option<i64>,
     /// Rows.
     pub N: usize,
@@ -86,7 +89,7 @@ pub fn xcorr(
         raw_band: BAND * (inflation(&own, &centred(&y, &plain), &plain, most) / N as f64).sqrt(),
         peak: largest(&later(&raw)),
         first: (0..=most as i64).find(outside).map(|lag| lag as usize),
-        feedback: (-(most as i64)..=0).rev().find(outside),
+        feedback: answers(&prewhitened[..most], band),
         lags,
         raw,
         prewhitened,
@@ -111,7 +114,10 @@ fn check(rec: &Record, (input, output): (usize, usize), most: usize) -> Result<(
         return Err(Error::new("X03", format!("{most} lags are asked of {longest} rows in a row"))
             .at(Place::column("lags"))
             .measured(most as f64, (longest as f64 / 3.0).floor())
-            .remedy(format!("ask for {} lags at most, or record longer", (longest.saturating_sub(1) / 3).max(1))));
+            .remedy(format!(
+                "ask for {} lags at most, or record longer",
+                (longest.saturating_sub(1) / 3).max(1)
+            )));
     }
     Ok(())
 }
@@ -144,6 +150,13 @@ fn inflation(u: &[f64], y: &[f64], stretches: &[Range<usize>], most: usize) -> f
     let [of_u, of_y] = [u, y].map(|x| correlations(x, x, stretches, most));
     let shared: f64 = of_u[most + 1..].iter().zip(&of_y[most + 1..]).map(|(a, b)| a * b).sum();
     (1.0 + 2.0 * shared).max(1.0)
+}
+
+/// The lag below zero at which most stands out, where it is beyond chance.
+fn answers(before: &[f64], band: f64) -> Option<i64> {
+    let size: Vec<f64> = before.iter().map(|r| r.abs()).collect();
+    let k = largest(&size);
+    (size[k] > FEEDBACK / BAND * band).then_some(k as i64 - before.len() as i64)
 }
 
 fn largest(r: &[f64]) -> usize {

@@ -7,6 +7,7 @@ mod judge;
 mod line;
 mod matrix_verdict;
 mod memory;
+mod model_free;
 mod noisy_regressors;
 mod plausibility;
 mod residuals;

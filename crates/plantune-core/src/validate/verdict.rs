@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use super::line::line;
 use super::memory::memory;
+use super::model_free::model_free;
 use super::residuals::{Residuals, correlation, residuals};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
@@ -25,6 +26,8 @@ pub struct CheckOptions {
     pub offset: Option<f64>,
     /// Lags of the residual correlations.
     pub lags: usize,
+    /// Rows on which the model was fitted, where they are known: its own error is the larger, the fewer.
+    pub fitted: Option<usize>,
 }
 
 /// How a model does on a record.
@@ -56,6 +59,8 @@ pub struct Verdict {
     pub passed: bool,
     /// Doubts.
     pub notes: Vec<Note>,
+    /// Whether the errors are rounding.
+    pub(super) exact: bool,
 }
 
 /// Judges `model` on `rec`. `X04` comes with the verdict, for study.
@@ -119,6 +124,14 @@ fn judge(model: &Model, rec: &Record, options: &CheckOptions, limits: &Limits) -
         verdict.notes.extend(memory(model, rec, limits));
         let moved = level(model, rec, options, &verdict, limits)?;
         verdict.notes.extend(moved);
+    }
+    if !verdict.exact {
+        let run = &verdict.simulated;
+        let counts: Vec<usize> = (0..run.rows.len()).filter(|&k| rec.is_valid(run.rows[k], 0)).collect();
+        let rows: Vec<usize> = counts.iter().map(|&k| run.rows[k]).collect();
+        let errors: Vec<f64> = counts.iter().map(|&k| rec.y_at(run.rows[k], 0) - run.yhat[k]).collect();
+        let differs = model_free(model, rec, (&rows, &errors), options.fitted, limits);
+        verdict.notes.extend(differs);
     }
     Ok(verdict)
 }
@@ -200,6 +213,7 @@ pub(super) fn judged(
         residuals,
         passed,
         notes,
+        exact,
     }
 }
 

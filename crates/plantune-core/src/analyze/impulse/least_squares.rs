@@ -6,7 +6,8 @@
 
 use super::posterior::Taps;
 use super::rows::Rows;
-use super::{ImpulseResponse, WIDTH, response};
+use super::{ImpulseResponse, response};
+use crate::batch::WIDTH;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::solve;

@@ -24,8 +24,9 @@ mod system;
 pub use kernels::Kernel;
 
 use self::posterior::{Taps, averaged, posterior};
-use self::rows::Rows;
+pub(super) use self::rows::Rows;
 use self::system::System;
+use crate::batch::{WIDTH, standard_deviations};
 use crate::error::{Error, Result};
 use crate::excitation::check_input_motion;
 use crate::limits::Limits;
@@ -35,9 +36,6 @@ use crate::signal::autoregression;
 
 /// Largest order of the noise model.
 const MOST_NOISE: usize = 10;
-
-/// Standard deviations by which a tap differs from none.
-const WIDTH: f64 = 1.96;
 
 /// Share of the gain that may lie beyond the last tap.
 const OPEN: f64 = 0.05;
@@ -62,6 +60,8 @@ pub struct ImpulseOptions {
 pub struct PathResponse {
     /// Taps.
     pub g: Vec<f64>, // (n)
+    /// Their standard deviations.
+    pub sd: Vec<f64>, // (n)
     /// Their covariance.
     pub P: Vec<f64>, // (n, n)
     /// Their running sum.
@@ -215,7 +215,18 @@ fn response(taps: Taps, unit: f64, nk: usize) -> PathResponse {
         step.push(sum);
         step_sd.push(variance.max(0.0).sqrt());
     }
-    PathResponse { g, P, step, step_sd, nk, weights: Vec::new(), c: None, lam: None, rho: None }
+    PathResponse {
+        sd: standard_deviations(&P, n),
+        g,
+        P,
+        step,
+        step_sd,
+        nk,
+        weights: Vec::new(),
+        c: None,
+        lam: None,
+        rho: None,
+    }
 }
 
 /// X07 where a response has not died away, one per input.

@@ -17,20 +17,26 @@ use crate::regress::{Column, Regression};
 use crate::signal::through;
 
 /// Signals of one output, filtered by `D`.
-pub(super) struct Rows<'r, 'a> {
+pub(in super::super) struct Rows<'r, 'a> {
     rec: &'r Record<'a>,
-    pub(super) output: usize,
+    pub(in super::super) output: usize,
     /// First lag, and how many.
-    pub(super) first: usize,
-    pub(super) n: usize,
+    pub(in super::super) first: usize,
+    pub(in super::super) n: usize,
     /// `D(q)`, monic.
-    pub(super) D: Vec<f64>,
+    pub(in super::super) D: Vec<f64>,
     u: Vec<f64>, // (N, nu)
     y: Vec<f64>, // (N)
 }
 
 impl<'r, 'a> Rows<'r, 'a> {
-    pub(super) fn new(rec: &'r Record<'a>, output: usize, first: usize, n: usize, D: Vec<f64>) -> Self {
+    pub(in super::super) fn new(
+        rec: &'r Record<'a>,
+        output: usize,
+        first: usize,
+        n: usize,
+        D: Vec<f64>,
+    ) -> Self {
         let mut u = vec![0.0; rec.u.len()];
         for i in 0..rec.nu {
             let filtered = through(&D, &rec.input(i), rec.segments());
@@ -40,24 +46,34 @@ impl<'r, 'a> Rows<'r, 'a> {
         Rows { rec, output, first, n, D, u, y }
     }
 
+    /// Filtered input `i`.
+    pub(in super::super) fn input(&self, i: usize) -> Vec<f64> {
+        self.u.iter().skip(i).step_by(self.rec.nu).copied().collect()
+    }
+
+    /// Filtered output.
+    pub(in super::super) fn output(&self) -> &[f64] {
+        &self.y
+    }
+
     /// Rows with all taps and all of the filter behind them.
-    pub(super) fn runs(&self) -> Vec<Range<usize>> {
+    pub(in super::super) fn runs(&self) -> Vec<Range<usize>> {
         let past = self.D.len() - 1;
         self.rec.runs(self.first + self.n - 1 + past, past, self.output)
     }
 
     /// Number of such rows.
-    pub(super) fn N(&self) -> usize {
+    pub(in super::super) fn N(&self) -> usize {
         self.runs().iter().map(ExactSizeIterator::len).sum()
     }
 
     /// Rows that must be there, and one more: a constant and every tap.
-    pub(super) fn needed(&self) -> usize {
+    pub(in super::super) fn needed(&self) -> usize {
         1 + self.rec.nu * self.n
     }
 
     /// The most taps that the record has rows for.
-    pub(super) fn most_taps(&self) -> usize {
+    pub(in super::super) fn most_taps(&self) -> usize {
         let fits = |&n: &usize| {
             let rows = Rows { n, u: Vec::new(), y: Vec::new(), D: self.D.clone(), ..*self };
             rows.N() > rows.needed()
@@ -66,7 +82,7 @@ impl<'r, 'a> Rows<'r, 'a> {
     }
 
     /// Triangle of `[1 | taps of input 1 | … | y]`, and for each input the unit of its taps there.
-    pub(super) fn triangle(&self) -> (Triangle, Vec<f64>) {
+    pub(in super::super) fn triangle(&self) -> (Triangle, Vec<f64>) {
         let rec = self.filtered();
         let lags = self.first..self.first + self.n;
         let taps = (0..rec.nu).flat_map(|i| lags.clone().map(move |lag| Column::Input(i, lag)));
@@ -77,12 +93,12 @@ impl<'r, 'a> Rows<'r, 'a> {
     }
 
     /// Factor of y in that triangle.
-    pub(super) fn y_factor(&self) -> f64 {
+    pub(in super::super) fn y_factor(&self) -> f64 {
         Scale::of(&self.y, true).factor
     }
 
     /// What the taps of all inputs leave of y without its mean, on the runs; zero elsewhere.
-    pub(super) fn residual(&self, g: &[Vec<f64>]) -> Vec<f64> {
+    pub(in super::super) fn residual(&self, g: &[Vec<f64>]) -> Vec<f64> {
         let mut e = vec![0.0; self.y.len()];
         let runs = self.runs();
         let levels: Vec<f64> = (0..self.rec.nu).map(|i| self.u[i]).collect();
