@@ -107,6 +107,20 @@ def has_no_level(rec: Record, limits: Limits) -> bool:
 def remove_means(x: Floats, valid: NDArray[np.bool_]) -> tuple[Floats, list[float]]:
     """`x` (N, n) without the mean of each column over the rows that count, and these means."""
 
+def remove_lines(
+    x: Floats, t: Floats, valid: NDArray[np.bool_]
+) -> tuple[Floats, list[tuple[float, float, float]]]:
+    """`x` (N, n) without each column's line, and level, slope, middle time of each."""
+
+def without_lines(x: Floats, t: Floats, lines: Sequence[tuple[float, float, float]]) -> Floats:
+    """`x` (N, n) less one line per column: level, slope, middle time."""
+
+def without_steps(x: Floats, at: Sequence[int], sizes: Sequence[float]) -> Floats:
+    """`x` (N,) less steps of these sizes from these rows on."""
+
+def offset_steps(x: Floats) -> Fields:
+    """`at sizes sd levels ratio slope` of a signal whose level steps or drifts."""
+
 def without_levels(x: Floats, levels: Sequence[float]) -> Floats:
     """`x` (N, n) less one level per column."""
 
@@ -502,7 +516,7 @@ def process(
     rec: Record,
     codes: list[str],
     noise: str | tuple[int, int],
-    offset: bool,
+    offset: bool | str,
     L: Interval | None,
     robust: bool,
     limits: Limits,

@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{
-    self, Code, Fit, MatrixFit, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria,
+    self, Code, Fit, MatrixFit, OffsetOf, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria,
     standard_deviations,
 };
 use plantune_core::model::Model;
@@ -38,6 +38,7 @@ pub struct FitOut<'py> {
     sd: Array<'py>,
     names: Vec<String>,
     offset: Array<'py>,
+    steps: Vec<(usize, f64, f64)>,
     x0: Matrix<'py>,
     N: usize,
     loss: f64,
@@ -62,6 +63,7 @@ pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<
         P: square(py, fit.P)?,
         names: fit.names,
         offset: array(py, vec![fit.offset]),
+        steps: fit.steps.iter().map(|s| (s.row, s.size, s.sd)).collect(),
         x0: PyArray1::from_vec(py, fit.x0.concat())
             .reshape([segments, fit.x0.first().map_or(0, Vec::len)])?,
         N: fit.N,
@@ -90,6 +92,7 @@ pub fn matrix_fit_out<'py>(py: Python<'py>, fit: MatrixFit, rows: Vec<[i64; 2]>)
         P: square(py, fit.P)?,
         names: fit.names,
         offset: array(py, fit.offset),
+        steps: Vec::new(),
         x0: PyArray1::from_vec(py, Vec::new()).reshape([fit.segments, 0])?,
         N: fit.N,
         loss: fit.loss,
@@ -275,16 +278,37 @@ fn process<'py>(
     rec: RecordIn<'py>,
     codes: Vec<String>,
     noise: NoiseIn,
-    offset: bool,
+    offset: OffsetIn,
     L: Option<(f64, f64)>,
     robust: bool,
     limits: LimitsIn,
 ) -> Outcome<FitOut<'py>> {
     let codes = codes.iter().map(|code| Code::read(code)).collect::<plantune_core::Result<Vec<Code>>>()?;
     let noise = noise.orders(&codes)?;
-    let options = ProcessOptions { offset, L, noise };
+    let (offset, offset_of) = offset.read()?;
+    let options = ProcessOptions { offset, offset_of, L, noise };
     let estimate = if robust { batch::robust_process } else { batch::process };
     run(py, &rec, limits, |record, limits| estimate(record, &codes, &options, limits))
+}
+
+/// `True`, `False`, or for which rows the offset is the same.
+#[derive(FromPyObject)]
+enum OffsetIn {
+    Whether(bool),
+    Of(String),
+}
+
+impl OffsetIn {
+    fn read(&self) -> plantune_core::Result<(bool, OffsetOf)> {
+        match self {
+            OffsetIn::Whether(offset) => Ok((*offset, OffsetOf::All)),
+            OffsetIn::Of(of) => match of.as_str() {
+                "steps" => Ok((true, OffsetOf::Steps)),
+                "each" => Ok((true, OffsetOf::Segments)),
+                _ => Err(Error::argument("offset", format!("{of:?}"), "True, False, \"steps\" or \"each\"")),
+            },
+        }
+    }
 }
 
 #[pyfunction]
@@ -317,6 +341,7 @@ fn least_squares<'py>(
         P: square(py, fit.P)?,
         names: (1..=n).map(|j| format!("theta{j}")).collect(),
         offset: array(py, Vec::new()),
+        steps: Vec::new(),
         x0: matrix(py, Vec::new(), 0)?,
         N: fit.N,
         loss: fit.loss,

@@ -29,6 +29,10 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(resample, m)?)?;
     m.add_function(wrap_pyfunction!(decimate, m)?)?;
     m.add_function(wrap_pyfunction!(has_no_level, m)?)?;
+    m.add_function(wrap_pyfunction!(offset_steps, m)?)?;
+    m.add_function(wrap_pyfunction!(remove_lines, m)?)?;
+    m.add_function(wrap_pyfunction!(without_lines, m)?)?;
+    m.add_function(wrap_pyfunction!(without_steps, m)?)?;
     m.add_function(wrap_pyfunction!(remove_means, m)?)?;
     m.add_function(wrap_pyfunction!(without_levels, m)?)?;
     m.add_function(wrap_pyfunction!(smooth, m)?)?;
@@ -231,6 +235,72 @@ fn without_levels<'py>(
 ) -> Outcome<Matrix<'py>> {
     let x = x.as_slice().map_err(PyErr::from)?;
     Ok(matrix(py, signal::without_levels(x, &levels), levels.len())?)
+}
+
+/// What the level of a signal does, as the dict behind `plantune.analyze.OffsetSteps`.
+#[derive(IntoPyObject)]
+struct OffsetStepsOut<'py> {
+    at: Vec<usize>,
+    sizes: Array<'py>,
+    sd: Array<'py>,
+    levels: Array<'py>,
+    ratio: f64,
+    slope: Option<f64>,
+}
+
+#[pyfunction]
+fn offset_steps<'py>(py: Python<'py>, x: PyReadonlyArray1<'py, f64>) -> Outcome<OffsetStepsOut<'py>> {
+    let x = x.as_slice().map_err(PyErr::from)?;
+    let found = py.detach(|| signal::offset_steps(x));
+    Ok(OffsetStepsOut {
+        at: found.at,
+        sizes: array(py, found.sizes),
+        sd: array(py, found.sd),
+        levels: array(py, found.levels),
+        ratio: found.ratio,
+        slope: found.slope,
+    })
+}
+
+/// `x` without the line of each column over its rows that count, and level and slope of each.
+#[pyfunction]
+fn remove_lines<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray2<'py, f64>,
+    t: PyReadonlyArray1<'py, f64>,
+    valid: PyReadonlyArray2<'py, bool>,
+) -> Outcome<(Matrix<'py>, Vec<(f64, f64, f64)>)> {
+    let width = x.shape()[1];
+    let (x, valid) = (x.as_slice().map_err(PyErr::from)?, valid.as_slice().map_err(PyErr::from)?);
+    let t = t.as_slice().map_err(PyErr::from)?;
+    let lines = signal::lines(x, width, t, |k, i| valid[k * width + i]);
+    let said = lines.iter().map(|l| (l.level, l.slope, l.middle)).collect();
+    Ok((matrix(py, signal::without_lines(x, t, &lines), width)?, said))
+}
+
+/// `x (N, width)` without the given lines.
+#[pyfunction]
+fn without_lines<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray2<'py, f64>,
+    t: PyReadonlyArray1<'py, f64>,
+    lines: Vec<(f64, f64, f64)>,
+) -> Outcome<Matrix<'py>> {
+    let (x, t) = (x.as_slice().map_err(PyErr::from)?, t.as_slice().map_err(PyErr::from)?);
+    let lines: Vec<signal::Line> =
+        lines.into_iter().map(|(level, slope, middle)| signal::Line { level, slope, middle }).collect();
+    Ok(matrix(py, signal::without_lines(x, t, &lines), lines.len())?)
+}
+
+/// A signal without steps of these sizes at these rows.
+#[pyfunction]
+fn without_steps<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray1<'py, f64>,
+    at: Vec<usize>,
+    sizes: Vec<f64>,
+) -> Outcome<Array<'py>> {
+    Ok(array(py, signal::without_steps(x.as_slice().map_err(PyErr::from)?, &at, &sizes)))
 }
 
 /// A range of rows as Python's slices have it.

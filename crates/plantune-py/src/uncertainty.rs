@@ -199,6 +199,7 @@ struct KnownIn {
     N: usize,
     loss: f64,
     offset: bool,
+    steps: Vec<usize>,
 }
 
 impl KnownIn {
@@ -207,8 +208,8 @@ impl KnownIn {
         let codes: Vec<Code> =
             self.codes.iter().map(|c| Code::read(c)).collect::<plantune_core::Result<_>>()?;
         let plants: Vec<ProcessModel> = self.plants.iter().filter_map(|m| process_model(&m.0)).collect();
-        let Self { c, d, N, loss, offset, .. } = self;
-        let known = Known { plants: &plants, noise: (c, d), N: *N, loss: *loss, offset: *offset };
+        let Self { c, d, N, loss, offset, steps, .. } = self;
+        let known = Known { plants: &plants, noise: (c, d), N: *N, loss: *loss, offset: *offset, steps };
         Ok(use_it(&codes, &known)?)
     }
 }

@@ -6,6 +6,7 @@ from plantune.analyze.experiment import Experiment, Prediction, experiment, pred
 from plantune.analyze.health import Health, health
 from plantune.analyze.impulse import ImpulseResponse, impulse
 from plantune.analyze.informative import Informative, InformativeStretch, informative
+from plantune.analyze.offset_steps import OffsetSteps, offset_steps
 from plantune.analyze.xcorr import Correlation, xcorr
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "Informative",
     "InformativeStretch",
     "OEScan",
+    "OffsetSteps",
     "Prediction",
     "delay",
     "delay_evidence",
@@ -25,6 +27,7 @@ __all__ = [
     "health",
     "impulse",
     "informative",
+    "offset_steps",
     "predicted_sd",
     "xcorr",
 ]

@@ -8,7 +8,7 @@ from plantune.estimate.bj import bj
 from plantune.estimate.bootstrap import Bootstrap, bootstrap
 from plantune.estimate.candidates import candidates
 from plantune.estimate.derived import Curve, Derived, Root
-from plantune.estimate.fit import Fit
+from plantune.estimate.fit import Fit, OffsetStep
 from plantune.estimate.forecast import Forecast
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.iv4 import iv4
@@ -31,6 +31,7 @@ __all__ = [
     "Fit",
     "Forecast",
     "IdtCriterion",
+    "OffsetStep",
     "OrderRow",
     "OrderTable",
     "Region",

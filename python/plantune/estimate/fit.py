@@ -29,6 +29,19 @@ Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermMod
 """What an estimator may find."""
 
 
+class OffsetStep(NamedTuple):
+    """A step of the offset: a load that came on, or the level of another experiment."""
+
+    row: int
+    """Row of the record from which on the offset is another one."""
+    time: float
+    """Its time in seconds."""
+    size: float
+    """How much the offset changes, in units of y."""
+    sd: float
+    """Standard deviation of the size."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
     """A fitted model with its uncertainty.
@@ -46,6 +59,8 @@ class Fit:
     offset : array (ny,)
         `O` in `y = G u + O`, in the record's units; for integrating models the
         drift, and with regressors of one's own the constant `d` of the equation.
+    steps : tuple of OffsetStep
+        Where the offset changes and by how much; `offset` is the one before the first of them.
     x0 : array (segments, n)
         What the time before each segment has left, from its first row with history on.
     N : int
@@ -106,9 +121,12 @@ class Fit:
     intervals: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     plants: tuple[ProcessModel, ...] = ()
     sampled: PolyModel | None = None
+    steps: tuple[OffsetStep, ...] = ()
 
     def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
         """Return the output for the input `u`, offset included, the plant at rest before row 0.
+
+        The offset is the one before its first step: an input of one's own has no load steps.
 
         Examples
         --------
@@ -127,6 +145,8 @@ class Fit:
     def predict(self, rec: Record, horizon: int | None = 1) -> Floats:
         """Return the output predicted `horizon` steps ahead on a record; None simulates.
 
+        Steps of the offset count where `rec` is the record of the fit, or rows of it.
+
         Examples
         --------
         >>> import plantune as pt
@@ -136,8 +156,40 @@ class Fit:
         True
         """
         model: Any = self.sampled or self._need_model()
-        y: Floats = model.predict(rec, horizon, self._level)
-        return y
+        level = self.without_steps(rec)
+        y: Floats = model.predict(level, horizon, self._level)
+        if level is rec:
+            return y
+        at, sizes = self._steps_in(rec)
+        return _core.without_steps(y, at, [-size for size in sizes])
+
+    def without_steps(self, rec: Record) -> Record:
+        """Return a record less the steps of the offset that lie before or in it.
+
+        The record itself where the fit has no steps, or where it is another record.
+        """
+        at, sizes = self._steps_in(rec)
+        if not at:
+            return rec
+        return replace(rec, y=_core.without_steps(rec.y[:, 0], at, sizes), source=rec.source)
+
+    def knows_level_of(self, rec: Record) -> bool:
+        """Whether the offset of each row of a record is known: always, if it has no steps."""
+        return not self.steps or bool(self._steps_in(rec)[0])
+
+    def _steps_in(self, rec: Record) -> tuple[list[int], list[float]]:
+        """Rows of this record and sizes of the steps; none where the record is another one."""
+        if not self.steps or rec.source != self.source:
+            return [], []
+        sizes = [step.size for step in self.steps]
+        if rec.N == sum(last - first + 1 for first, last in self.rows):
+            return [step.row for step in self.steps], sizes
+        ascending = bool((rec.rows[1:] > rec.rows[:-1]).all())
+        if not ascending or len(self.rows) > 1 and not (self.rows[1:, 0] > self.rows[:-1, 1]).all():
+            return [], []
+        numbers = np.concatenate([np.arange(first, last + 1) for first, last in self.rows])
+        found = np.searchsorted(rec.rows, numbers[[step.row for step in self.steps]])
+        return found.tolist(), sizes
 
     def forecast(self, rec: Record, u_future: ArrayLike, *, parameters: bool = True) -> Forecast:
         """Return what comes after the last row of a record, with its standard deviation.
@@ -331,6 +383,10 @@ class Fit:
         for i, variance in enumerate(np.diag(self.P)[len(self.theta) :]):
             name = f"offset{i + 1}" if len(self.offset) > 1 else "offset"
             lines.append(f"  {name:<{width}} {self.offset[i]:12.6g} ± {np.sqrt(variance):.3g}")
+        for step in self.steps:
+            lines.append(
+                f"  {'step':<{width}} {step.size:12.6g} ± {step.sd:.3g} from {step.time:g} s on"
+            )
         tail = f"  {self.N} rows, loss {self.loss:.4g}, {self.status}"
         return "\n".join([self.method + head, *lines, tail, *(f"  {n}" for n in self.notes)])
 
@@ -369,6 +425,7 @@ class KnownProcess(NamedTuple):
     N: int
     loss: float
     offset: bool
+    steps: list[int]
 
 
 def known_process(rec: Record, fit: Fit) -> KnownProcess | None:
@@ -382,7 +439,16 @@ def known_process(rec: Record, fit: Fit) -> KnownProcess | None:
         else (fit.sampled.C[1:].tolist(), fit.sampled.D[1:].tolist())
     )
     has_offset = len(fit.P) > len(fit.theta)
-    return KnownProcess(fit.method.split(), fit.plants, c, d, fit.N, fit.loss, has_offset)
+    return KnownProcess(
+        codes=fit.method.split(),
+        plants=fit.plants,
+        c=c,
+        d=d,
+        N=fit.N,
+        loss=fit.loss,
+        offset=has_offset,
+        steps=[step.row for step in fit.steps],
+    )
 
 
 def refit_arguments(rec: Record, fit: Fit) -> tuple[Any, float | None, str]:
@@ -414,6 +480,7 @@ def fit_from_core(
     further: tuple[Note, ...] = (),
 ) -> Fit:
     """Return the fit that the core sends as a dict, with further notes."""
+    steps = () if rec is None else (OffsetStep(k, float(rec.time[k]), *s) for k, *s in d["steps"])
     return Fit(
         method=method,
         **{
@@ -424,6 +491,7 @@ def fit_from_core(
             "plants": tuple(from_core(plant) for plant in d["plants"]),
             "sampled": None if d["sampled"] is None else from_core(d["sampled"]),
             "notes": (*notes_from_core(d["notes"]), *further, *limits.changes()),
+            "steps": tuple(steps),
         },
         source="" if rec is None else rec.source,
         Ts=None if rec is None else rec.Ts,

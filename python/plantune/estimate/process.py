@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from plantune import _core
 from plantune.estimate.fit import Fit, fit_from_core
@@ -15,7 +16,7 @@ def process(
     code: str | Sequence[str] = "P1D",
     *,
     noise: str | tuple[int, int] = "white",
-    offset: bool = True,
+    offset: bool | Literal["steps", "each"] = True,
     L: tuple[float, float] | None = None,
     robust: bool = False,
     limits: Limits | None = None,
@@ -34,8 +35,10 @@ def process(
     noise : "white", "arma" or (nc, nd)
         White noise on the output, or `v = C/D e` estimated with the plant; "arma" takes as many
         coefficients as the plant has poles.  Data from a closed loop need it.
-    offset : bool
+    offset : bool, "steps" or "each"
         Whether `O` is estimated; with an integrator it is the drift, in units of y per second.
+        "steps": a load that comes on within the record is searched for, and `O` has steps.
+        "each": every segment has its own, as different experiments do.
     L : (low, high), optional
         Seconds to search for the delays; by default up to a quarter of the longest segment, at
         most 200 samples.
@@ -50,7 +53,7 @@ def process(
     Fit
         `theta` is `K, T1 ..., L, Tz, zeta`, the last two where the code has them, `L = 0` where it
         has no `D`; of several inputs `K[power]` and so on.  `P` their covariance, then the
-        offset's.  `interval("L")` is the profile's.  `model` is a ProcessModel; of several
+        offset's.  `steps` says where `O` changes.  `interval("L")` is the profile's.  `model` is a ProcessModel; of several
         inputs the PolyModel that samples all, their process models in `plants`.
 
     Raises
@@ -66,7 +69,8 @@ def process(
     times, damping and dead times by Levenberg-Marquardt from several starts.  The interval of a
     dead time, and that of the `T` of a first order, comes from the profile of the loss, which has
     kinks at whole samples; of a pair of poles and of all others from the delta rule.  Source 001,
-    3.5.6.
+    3.5.6.  Load steps are found in what is left by rough times and dead times, for exact ones would
+    bend to a step that is not seen yet, and then fitted together with all else: Hinkley 1970.
 
     Examples
     --------

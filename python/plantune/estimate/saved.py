@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from plantune.errors import refusal
-from plantune.estimate.fit import Fit
+from plantune.estimate.fit import Fit, OffsetStep
 from plantune.io import load_json, to_json, write_json
 from plantune.io.jsonfile import model_of
 from plantune.notes import Note, Where
@@ -84,6 +84,10 @@ def _field(name: str, value: Any) -> Any:
         return {parameter: tuple(ends) for parameter, ends in value.items()}
     if name == "notes":
         return tuple(_note(note) for note in value)
+    if name == "steps":
+        return tuple(
+            OffsetStep(**step) if isinstance(step, dict) else OffsetStep(*step) for step in value
+        )
     if name == "names":
         return tuple(value)
     if isinstance(value, list):

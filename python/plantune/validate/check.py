@@ -162,8 +162,9 @@ def check(
     x0 : "estimate" or "zero"
         Initial state of each segment.
     offset : "fit" or "estimate", optional
-        The fit's own, or a new one for this record.  By default the fit's own, but a new one where
-        the record's own means were removed: its level is then another than that of the fit.
+        The fit's own, or a new one for this record.  By default the fit's own, its steps included;
+        but a new one where the record's own means were removed, or where the offset has steps and
+        the record is another: its level is then another than that of the fit.
     lags : int
         Most lags of the residual correlations.
     limits : Limits, optional
@@ -199,7 +200,8 @@ def check(
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     if offset is None:
-        offset = "estimate" if _core.has_no_level(rec, limits) else "fit"
+        known = not isinstance(fit, Fit) or fit.knows_level_of(rec)
+        offset = "fit" if known and not _core.has_no_level(rec, limits) else "estimate"
     if offset not in ("fit", "estimate"):
         raise refusal("U01", f"`offset` is {offset!r}, must be 'fit' or 'estimate'", remedy="'fit'")
     model = _judged_model(fit)
@@ -217,6 +219,9 @@ def check(
     further = (*doubts, *seen, *limits.changes())
     own = fit.offset.tolist() if isinstance(fit, Fit) else [0.0] * rec.ny
     used = own if offset == "fit" else None
+    measured = rec
+    if isinstance(fit, Fit) and offset == "fit":
+        rec = fit.without_steps(rec)
     try:
         if own_terms:
             d = _core.term_check(rec, model, model.given(rec, ahead=True), lags, limits)
@@ -229,13 +234,13 @@ def check(
             d = _core.check(rec, model, x0, level, lags, fitted, limits)
     except NotIdentifiable as error:
         if error.result is not None:
-            error.result = _verdict(error.result, rec, i, extra, further)
+            error.result = _verdict(error.result, rec, measured, i, extra, further)
         raise
     if isinstance(fit, Fit):
         white = all(note["code"] != "M08" for note in d["notes"])
         found = against(rec, fit, white=white, widening=d["widening"], limits=limits)
         further = (*found, *further)
-    return _verdict(d, rec, i, extra, further)
+    return _verdict(d, rec, measured, i, extra, further)
 
 
 def _judged_model(fit: Any) -> Any:
@@ -309,15 +314,24 @@ def residuals(
 
 
 def _verdict(
-    d: Mapping[str, Any], rec: Record, i: int, extra: Mapping[str, Any], notes: tuple[Note, ...]
+    d: Mapping[str, Any],
+    rec: Record,
+    measured: Record,
+    i: int,
+    extra: Mapping[str, Any],
+    notes: tuple[Note, ...],
 ) -> Verdict:
+    """Build the verdict; `measured` has the steps of the offset that `rec` was judged without."""
     r = d["residuals"]
     rows = np.array(d["rows"], np.int64)
+    y = measured.y[rows, i]
+    yhat = d["yhat"] if measured is rec else d["yhat"] + (y - rec.y[rows, i])
     return Verdict(
         **{
             **d,
             **extra,
             "rows": rows,
+            "yhat": yhat,
             "residuals": Residuals(
                 lags=np.array(r["lags"]),
                 autocorr=r["autocorr"],
@@ -330,7 +344,7 @@ def _verdict(
             "notes": (*notes_from_core(d["notes"]), *notes),
         },
         t=rec.time[rows],
-        y=rec.y[rows, i],
+        y=y,
         source=rec.source,
     )
 

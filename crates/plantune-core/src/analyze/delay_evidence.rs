@@ -105,8 +105,9 @@ fn pieces(rec: &Record, input: usize, impulse: &ImpulseResponse, high: usize) ->
     let n = impulse.responses[0].g.len();
     let rows = Rows::new(rec, 0, impulse.first, n, impulse.D.clone());
     let others = (rec.nu > 1).then(|| {
-        let taps =
-            |(j, r): (usize, &super::impulse::Response)| if j == input { Vec::new() } else { r.g.clone() };
+        let taps = |(j, r): (usize, &super::impulse::PathResponse)| {
+            if j == input { Vec::new() } else { r.g.clone() }
+        };
         rows.residual(&impulse.responses.iter().enumerate().map(taps).collect::<Vec<_>>())
     });
     let past = impulse.D.len() - 1;

@@ -39,6 +39,8 @@ pub struct Fit {
     pub names: Vec<String>,
     /// `O` in `y = G u + O`; for integrating models the drift per sample.
     pub offset: f64,
+    /// Rows at which the offset changes, and by how much.
+    pub steps: Vec<OffsetStep>,
     /// Initial state of each segment at its first row with history.
     pub x0: Vec<Vec<f64>>,
     /// Rows used.
@@ -57,6 +59,17 @@ pub struct Fit {
     pub plants: Vec<ProcessModel>,
     /// Their exact samples with the noise model, where several inputs or coloured noise were fitted.
     pub sampled: Option<PolyModel>,
+}
+
+/// A step of the offset: a load that came on, or the level of another experiment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OffsetStep {
+    /// First row of the new level.
+    pub row: usize,
+    /// How much the offset changes, in units of y.
+    pub size: f64,
+    /// Its standard deviation.
+    pub sd: f64,
 }
 
 impl Fit {

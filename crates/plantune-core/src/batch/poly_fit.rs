@@ -51,6 +51,7 @@ impl Scaled<'_> {
             P,
             names: Vec::new(),
             offset,
+            steps: Vec::new(),
             x0: Vec::new(),
             N: self.N,
             loss: self.rss / self.y.factor.powi(2) / self.N as f64,

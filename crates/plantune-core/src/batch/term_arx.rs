@@ -68,6 +68,7 @@ pub fn term_arx(
         theta: theta[..n].to_vec(),
         names,
         offset: if offset { d } else { 0.0 },
+        steps: Vec::new(),
         x0: rec.segments().map(|_| Vec::new()).collect(),
         N,
         loss: solution.rss / regression.y.factor.powi(2) / N as f64,

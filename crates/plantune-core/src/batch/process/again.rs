@@ -9,7 +9,7 @@ use super::super::robust::reweighted_fit;
 use super::super::sandwich::{Sandwich, sandwich_of};
 use super::super::scores::Scores;
 use super::problem::{Linear, Point, Problem};
-use super::{Code, Fit, ProcessOptions, located};
+use super::{Code, Fit, OffsetOf, ProcessOptions, located};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::dot;
@@ -32,6 +32,8 @@ pub struct Known<'f> {
     pub loss: f64,
     /// Whether an offset was estimated.
     pub offset: bool,
+    /// Rows at which it changes.
+    pub steps: &'f [usize],
 }
 
 /// Huber's estimate, as [`super::super::robust`] of polynomial models.
@@ -93,6 +95,7 @@ pub fn process_bootstrap(
     drawn(rec, &scores, &noise, options, |new| {
         let mut other = Problem::new(new, &problem.codes, &options_of(known), limits).ok()?;
         (other.noise, other.bounds) = (problem.noise, problem.bounds);
+        other.steps.clone_from(&problem.steps);
         other.stretches.clone_from(&problem.stretches);
         let found = other.search(point.x.clone())?;
         let (_, linear) = other.evaluate(&found)?;
@@ -104,7 +107,12 @@ pub fn process_bootstrap(
 }
 
 fn options_of(known: &Known) -> ProcessOptions {
-    ProcessOptions { offset: known.offset, L: None, noise: (known.noise.0.len(), known.noise.1.len()) }
+    ProcessOptions {
+        offset: known.offset,
+        offset_of: OffsetOf::All,
+        L: None,
+        noise: (known.noise.0.len(), known.noise.1.len()),
+    }
 }
 
 /// The problem and the point of a fit: those that leave its rows and its loss.
@@ -126,6 +134,7 @@ fn again<'r, 'a>(
             problem = problem.without_rest();
         }
         problem.noise = options.noise;
+        problem.steps = known.steps.to_vec();
         if let Some(point) = problem.point_of(known) {
             return Ok((problem, point));
         }

@@ -27,6 +27,7 @@ mod profile;
 mod relation;
 mod search;
 mod starts;
+mod steps;
 mod summary;
 
 pub use self::again::{Known, process_bootstrap, process_sandwich, robust_process};
@@ -49,10 +50,37 @@ const RANK_TOLERANCE: f64 = 1e-13;
 pub struct ProcessOptions {
     /// Whether an offset is estimated.
     pub offset: bool,
+    /// For which rows it is one and the same.
+    pub offset_of: OffsetOf,
     /// Range of delays to search, s; a quarter of the longest segment, at most 200 samples, when absent.
     pub L: Option<(f64, f64)>,
     /// Orders of `C` and `D`; (0, 0) for white noise on the output.
     pub noise: (usize, usize),
+}
+
+/// Rows of a segment that has an offset of its own.
+const LEAST_ROWS: usize = 10;
+
+/// Rows that share an offset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OffsetOf {
+    /// The whole record.
+    #[default]
+    All,
+    /// Each segment has its own.
+    Segments,
+    /// The rows between two load steps, which are searched for.
+    Steps,
+}
+
+impl OffsetOf {
+    /// Rows of new offsets that are known before any search.
+    ///
+    /// Segments of a few rows share the offset of the one before.
+    fn known(self, rec: &Record) -> Vec<usize> {
+        let long = rec.segments().filter(|s| s.len() >= LEAST_ROWS);
+        if self == OffsetOf::Segments { long.skip(1).map(|s| s.start).collect() } else { Vec::new() }
+    }
 }
 
 /// Fits `K e^(-L s) / (T s + 1)` to a record with one input and one output.
@@ -89,6 +117,10 @@ fn located<'r, 'a>(
         }
     }
     let unrelated = |p: &Problem| p.unrelated(1.0);
+    let mut drift = None;
+    if options.offset_of == OffsetOf::Steps {
+        drift = problem.find_steps();
+    }
     let mut best = problem.minimum().ok_or_else(|| unrelated(&problem))?;
     if problem.contradicts_rest(&best) {
         problem = problem.without_rest();
@@ -100,7 +132,8 @@ fn located<'r, 'a>(
     if let Some(pair) = problem.as_pair(rec, options, limits, &best) {
         return Ok(pair);
     }
-    let fit = problem.fit(&best)?;
+    let mut fit = problem.fit(&best)?;
+    fit.notes.extend(drift);
     Ok(Located { problem, point: best, fit })
 }
 
@@ -142,6 +175,7 @@ impl<'r, 'a> Problem<'r, 'a> {
             problem = problem.without_rest();
         }
         problem.noise = self.noise;
+        problem.steps.clone_from(&self.steps);
         let point = problem.search(x)?;
         let mut fit = problem.fit(&point).ok()?;
         let k = fit.names.iter().position(|name| name == "zeta")?;
@@ -169,6 +203,17 @@ fn check(rec: &Record, codes: &[Code], options: &ProcessOptions, limits: &Limits
             format!("a record with {} inputs and {} outputs", rec.nu, rec.ny),
             &format!("one with {} and a single output", inputs(codes.len())),
         ));
+    }
+    if options.offset_of != OffsetOf::All && !options.offset {
+        return Err(Error::argument("offset", "one for parts of the record", "true where it changes"));
+    }
+    if options.offset_of != OffsetOf::All && codes.iter().any(|code| code.integrating) {
+        return Err(Error::argument(
+            "offset",
+            "one for parts of the record",
+            "one for all where a plant integrates",
+        )
+        .remedy("offset=True: the drift of an integrating plant is one"));
     }
     let Some((low, high)) = options.L else { return Ok(()) };
     if !(low >= 0.0 && high >= low && high.is_finite()) {

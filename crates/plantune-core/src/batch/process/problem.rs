@@ -31,6 +31,8 @@ pub(super) struct Problem<'r, 'a> {
     /// Orders of `C` and `D`.
     pub(super) noise: (usize, usize),
     pub(super) offset: bool,
+    /// Rows from which on the offset is another one.
+    pub(super) steps: Vec<usize>,
     pub(super) u: Vec<Vec<f64>>,
     pub(super) y: Vec<f64>,
     pub(super) scale_u: Vec<Scale>,
@@ -143,6 +145,7 @@ impl<'r, 'a> Problem<'r, 'a> {
             codes: codes.to_vec(),
             noise: (0, 0),
             offset: options.offset,
+            steps: options.offset_of.known(rec),
             y: y.iter().map(|&x| scale_y.apply(x)).collect(),
             u,
             scale_u,
@@ -176,9 +179,19 @@ impl<'r, 'a> Problem<'r, 'a> {
             .count()
     }
 
-    /// Number of columns shared by all segments: gains, and offset if estimated.
+    /// Number of columns shared by all segments: gains, offset if estimated, its steps.
     pub(super) fn linear(&self) -> usize {
-        self.codes.iter().map(Code::linear).sum::<usize>() + usize::from(self.offset)
+        self.gains() + self.levels()
+    }
+
+    /// Columns of them that are responses or their slopes.
+    pub(super) fn gains(&self) -> usize {
+        self.codes.iter().map(Code::linear).sum()
+    }
+
+    /// Columns of them that are the offset and its steps.
+    pub(super) fn levels(&self) -> usize {
+        usize::from(self.offset) + self.steps.len()
     }
 
     /// Number of coordinates of a point.
@@ -284,10 +297,15 @@ impl<'r, 'a> Problem<'r, 'a> {
     /// Errors of each stretch at a point, before the noise model.
     pub(super) fn residuals(&self, point: &Point) -> Option<Vec<Vec<f64>>> {
         let (_, linear) = self.evaluate(point)?;
+        Some(self.errors_with(point, &linear))
+    }
+
+    /// Errors of each stretch with these linear parameters.
+    pub(super) fn errors_with(&self, point: &Point, linear: &Linear) -> Vec<Vec<f64>> {
         let of = |((s, x0), own): ((&Stretch, &Vec<f64>), &Vec<Vec<f64>>)| {
-            errors(own, self.measured(s, point.history), &linear, x0)
+            errors(own, self.measured(s, point.history), linear, x0)
         };
-        Some(self.stretches(point.history).zip(&linear.x0).zip(&linear.columns).map(of).collect())
+        self.stretches(point.history).zip(&linear.x0).zip(&linear.columns).map(of).collect()
     }
 
     fn measured(&self, s: &Stretch, history: usize) -> &[f64] {
@@ -322,6 +340,9 @@ impl<'r, 'a> Problem<'r, 'a> {
         if self.offset {
             let level = |k: usize| if self.drifts() { (first + k) as f64 / DRIFT_ROWS } else { 1.0 };
             forced.push((0..len).map(level).collect());
+        }
+        for &row in &self.steps {
+            forced.push((0..len).map(|k| f64::from(u8::from(s.rows.start + first + k >= row))).collect());
         }
         free.into_iter().chain(forced).collect()
     }
@@ -412,6 +433,7 @@ impl<'r, 'a> Problem<'r, 'a> {
             y: self.y.clone(),
             scale_u: self.scale_u.clone(),
             stretches: self.stretches.clone(),
+            steps: self.steps.clone(),
             ..*self
         }
     }

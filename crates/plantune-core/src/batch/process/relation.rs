@@ -32,10 +32,9 @@ impl Problem<'_, '_> {
     ///
     /// The F test of the plant's parameters, with the p-value multiplied by the number of delays tried.
     pub(super) fn check_relation(&self, all: &Triangle, rss: f64, N: usize) -> Result<()> {
-        let gains = self.linear() - usize::from(self.offset);
-        let own: Vec<usize> = (gains..self.linear()).collect();
+        let own: Vec<usize> = (self.gains()..self.linear()).collect();
         let without = residual_norm2(all, &own, all.n() - 1, RANK_TOLERANCE);
-        let plant = (self.parameters() - usize::from(self.offset)) as f64;
+        let plant = (self.parameters() - self.levels()) as f64;
         let freedom = (N - self.parameters()) as f64;
         let F = (without - rss) / plant / (rss / freedom).max(f64::MIN_POSITIVE);
         let p = (self.tried() * f_tail(F, plant, freedom)).min(1.0);

@@ -43,7 +43,7 @@ impl Problem<'_, '_> {
     }
 
     /// The best of several minima, judged on the rows that all of them leave.
-    fn best(&self, points: &[Point]) -> Option<Point> {
+    pub(super) fn best(&self, points: &[Point]) -> Option<Point> {
         let history = points.iter().map(|p| p.history).max()?;
         let cost = |p: &Point| {
             self.evaluate(&Point { history, ..p.clone() }).map_or(f64::INFINITY, |(cost, _)| cost)

@@ -116,8 +116,12 @@ impl Problem<'_, '_> {
         w
     }
 
-    /// Of an integrating plant level and drift of each segment are free.
+    /// Of an integrating plant level and drift of each segment are free; the level between steps always is.
     fn without_trend(&self, mut x: Vec<f64>) -> Vec<f64> {
+        if !self.steps.is_empty() {
+            let edges = [&[0], self.steps.as_slice(), &[x.len()]].concat();
+            edges.windows(2).for_each(|w| centre(&mut x[w[0]..w[1]]));
+        }
         if !self.drifts() {
             return x;
         }
@@ -150,6 +154,11 @@ impl Problem<'_, '_> {
         let (vw, vy, c) = (sww - sw * sw / n, syy - sy * sy / n, swy - sw * sy / n);
         if n > 3.0 && vw > 0.0 && vy > 0.0 { c * c / (vw * vy) * (1.0 - 3.0 / n) } else { 0.0 }
     }
+}
+
+fn centre(x: &mut [f64]) {
+    let mean = x.iter().sum::<f64>() / x.len().max(1) as f64;
+    x.iter_mut().for_each(|x| *x -= mean);
 }
 
 /// A signal with its running sums, so that those of any stretch cost two look-ups.

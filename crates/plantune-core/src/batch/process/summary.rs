@@ -1,6 +1,6 @@
 //! From the minimum of a process fit to models, intervals and doubts, in the record's units.
 
-use super::super::fit::{Fit, Status, WIDTH, standard_deviations};
+use super::super::fit::{Fit, OffsetStep, Status, WIDTH, standard_deviations};
 use super::super::orders::too_short;
 use super::super::sampling::sampling;
 use super::super::settled::of_process;
@@ -46,6 +46,7 @@ impl Problem<'_, '_> {
         Fit {
             P,
             names: self.names(),
+            steps: self.steps_of(&linear, &solution, s2),
             offset: self.offset_of(&plants, &linear),
             x0: self.stretches(best.history).zip(&linear.x0).map(|s| self.state(s, &plants)).collect(),
             N,
@@ -144,7 +145,7 @@ impl Problem<'_, '_> {
             return 0.0;
         }
         let zero = if self.drifts() { 0.0 } else { self.scale_y.zero };
-        let mut offset = zero + linear.theta[self.linear() - 1] * self.offset_unit();
+        let mut offset = zero + linear.theta[self.gains()] * self.offset_unit();
         for i in (0..plants.len()).filter(|&i| self.shifts(i)) {
             offset -= plants[i].K * self.scale_u[i].zero;
         }
@@ -154,6 +155,21 @@ impl Problem<'_, '_> {
     fn offset_unit(&self) -> f64 {
         let time = if self.drifts() { DRIFT_ROWS * self.rec.Ts } else { 1.0 };
         1.0 / self.scale_y.factor / time
+    }
+
+    /// The steps of the offset in the record's units.
+    fn steps_of(&self, linear: &Linear, solution: &Solution, s2: f64) -> Vec<OffsetStep> {
+        let (first, all) = (self.gains() + usize::from(self.offset), self.told_apart());
+        let step = |(i, &row): (usize, &usize)| {
+            let j = all.iter().position(|&j| j == first + i).unwrap_or(0);
+            let variance = s2 * solution.inverse_gram[j * all.len() + j];
+            OffsetStep {
+                row,
+                size: linear.theta[first + i] / self.scale_y.factor,
+                sd: variance.sqrt() / self.scale_y.factor,
+            }
+        };
+        self.steps.iter().enumerate().map(step).collect()
     }
 
     /// Whether the zero of input `i` is in the offset rather than in a free level.
@@ -208,7 +224,7 @@ impl Problem<'_, '_> {
         if self.offset {
             let shift = |i: usize| (self.gain_column(i), -self.gain_unit(i) * self.scale_u[i].zero);
             let mut entries: Vec<_> = (0..self.codes.len()).filter(|&i| self.shifts(i)).map(shift).collect();
-            entries.push((self.linear() - 1, self.offset_unit()));
+            entries.push((self.gains(), self.offset_unit()));
             map.push(row(&entries));
         }
         map
@@ -313,6 +329,11 @@ impl Problem<'_, '_> {
         notes.extend(
             plants.iter().zip(&self.codes).filter(|(_, c)| c.delay).filter_map(|(p, _)| self.at_end(p.L)),
         );
+        if !self.steps.is_empty() {
+            let text = format!("the offset changes {} times: see `steps`", self.steps.len());
+            let place = self.rec.place(self.rec.nu, self.steps[0]);
+            notes.push(Note::info("M08", text).at(place).count(self.steps.len()));
+        }
         if self.drifts() {
             notes.push(Note::info("M01", "integrating: K is a slope, there is no steady-state gain"));
         }

@@ -176,6 +176,7 @@ fn fit(
         model: model(&theta, n, nb),
         names: names(n, nb),
         offset: if data.offset { data.y_scale.zero + values[n + nb + 1] } else { 0.0 },
+        steps: Vec::new(),
         x0: rec.segments().map(|_| Vec::new()).collect(),
         N,
         loss: best.rss / N as f64 / data.y_scale.factor.powi(2),
