@@ -379,6 +379,30 @@ def exclude(
 def spikes(rec: Record, limits: Limits) -> tuple[list[int], list[int], list[Fields]]:
     """Row of the record and output of each spike (D19), and a note per output."""
 
+def noise(
+    rec: Record,
+    column: int,
+    parts: int | None,
+    lags: int | None,
+    way: tuple[int | None, float, str],
+    limits: Limits,
+) -> Fields:
+    """Moments, histogram, autocorrelation, spectra and parts of a signal; inputs count first."""
+
+def spectrum(
+    rec: Record, column: int, way: tuple[int | None, float, str], limits: Limits
+) -> Fields:
+    """Welch's density of a signal: rows of a stretch, overlap and window in `way`."""
+
+def response(rec: Record, way: Fields, memory: float | None, limits: Limits) -> Fields:
+    """Frequency response (n, ny, nu) flat, discs and coherence; `memory` is T + L in seconds."""
+
+def coherence(rec: Record, way: Fields, memory: float | None, limits: Limits) -> Fields:
+    """Coherence of each pair (n, ny, nu) flat, of all inputs together, and bands."""
+
+def excitation(rec: Record, limits: Limits) -> tuple[list[Fields], float | None]:
+    """What each input excites, and T + L in seconds where a quick model gives it."""
+
 def excitation_orders(rec: Record, most: int, limits: Limits) -> list[int]:
     """Parameters of a linear model that each input supports (X02), up to `most`."""
 

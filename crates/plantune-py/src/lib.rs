@@ -19,6 +19,7 @@ mod matrix;
 mod model;
 mod note;
 mod recursive;
+mod sight;
 mod signal;
 mod sim;
 mod step_modes;
@@ -49,6 +50,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         bank::register,
         hysteresis::register,
         analyze::register,
+        sight::register,
         validate::register,
         tune::register,
         forms::register,

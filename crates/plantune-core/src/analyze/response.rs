@@ -77,6 +77,8 @@ pub struct Response {
     pub sd: Option<Vec<f64>>, // (n, ny, nu)
     /// Multiple coherence; none without averaging.
     pub coherence: Option<Vec<f64>>, // (n, ny)
+    /// Part of a point's information that its neighbours do not hold.
+    pub share: f64,
     /// What was averaged, in words.
     pub way: String,
     /// Doubts.
@@ -141,7 +143,14 @@ pub fn response(rec: &Record, way: Way, memory: Option<f64>, limits: &Limits) ->
     let notes = seen.notes(rec, (!raw).then_some(&out.coherence), out.w.len());
     let known = |x: Vec<f64>| (!raw).then_some(x);
     let value = FrequencyResponse { w: out.w, G: out.G, radius: known(out.radius), ny, nu, Ts: Some(rec.Ts) };
-    Ok(Response { value, sd: known(out.sd), coherence: known(out.coherence), way: seen.words, notes })
+    Ok(Response {
+        value,
+        sd: known(out.sd),
+        coherence: known(out.coherence),
+        share: seen.share,
+        way: seen.words,
+        notes,
+    })
 }
 
 #[derive(Default)]
@@ -201,6 +210,8 @@ struct Seen {
     dark: Vec<f64>, // (nu)
     runs: usize,
     used: usize,
+    /// Rows over twice the averages of all lines, at most 1.
+    share: f64,
 }
 
 impl Seen {
@@ -237,7 +248,9 @@ impl Seen {
             Plan::Welch(stretch) => cut.iter().filter(|r| r.len() >= stretch.n).count(),
             Plan::Lags(..) => cut.len(),
         };
-        Ok(Seen { words: plan.words(&S), S, nu: rec.nu, shift, dark, runs: runs.len(), used })
+        let rows = if used == 1 { longest(&cut).len() } else { N };
+        let share = (0.5 * rows as f64 * S.ratio / S.w.len() as f64).min(1.0);
+        Ok(Seen { words: plan.words(&S), S, nu: rec.nu, shift, dark, runs: runs.len(), used, share })
     }
 
     /// Of the spectrum of the inputs at frequency `k`; None where an input is dark or they move together.
