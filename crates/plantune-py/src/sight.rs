@@ -196,6 +196,7 @@ struct ResponseOut<'py> {
     sd: Option<Array<'py>>,
     radius: Option<Array<'py>>,
     coherence: Option<Array<'py>>,
+    share: f64,
     method: String,
     notes: Vec<NoteOut>,
 }
@@ -218,6 +219,7 @@ fn response<'py>(
         sd: found.sd.map(|x| array(py, x)),
         radius: found.value.radius.map(|x| array(py, x)),
         coherence: found.coherence.map(|x| array(py, x)),
+        share: found.share,
         method: found.way,
         notes: notes(&found.notes),
     })

@@ -260,6 +260,7 @@ def _response(
         sd=shaped("sd", shape),
         radius=shaped("radius", shape),
         coherence=shaped("coherence", shape[:2]),
+        share=d["share"],
         u_names=rec.u_names,
         y_names=rec.y_names,
         method=d["method"],

@@ -140,6 +140,9 @@ pub fn response(rec: &Record, way: Way, memory: Option<f64>, limits: &Limits) ->
             }
         }
     }
+    if out.w.is_empty() {
+        return Err(together(rec));
+    }
     let notes = seen.notes(rec, (!raw).then_some(&out.coherence), out.w.len());
     let known = |x: Vec<f64>| (!raw).then_some(x);
     let value = FrequencyResponse { w: out.w, G: out.G, radius: known(out.radius), ny, nu, Ts: Some(rec.Ts) };
@@ -195,6 +198,9 @@ pub fn coherence(rec: &Record, way: Way, memory: Option<f64>, limits: &Limits) -
                 out.high.push((z + wide).tanh().powi(2));
             }
         }
+    }
+    if out.w.is_empty() {
+        return Err(together(rec));
     }
     out.notes = seen.notes(rec, Some(&out.multiple), out.w.len());
     Ok(out)
@@ -407,6 +413,15 @@ fn stretch(N: usize, long: usize, memory: Option<(f64, usize)>) -> usize {
 fn lines(long: usize, memory: Option<(f64, usize)>) -> usize {
     let most = (long / 2).saturating_sub(1) / 2;
     memory.map_or(5, |(rows, _)| (long as f64 / (STRETCH * rows)) as usize).max(2).min(most)
+}
+
+/// X11: no frequency at which the inputs can be told apart.
+fn together(rec: &Record) -> Error {
+    let names = rec.names[..rec.nu].join(" and ");
+    Error::new("X11", format!("{names} move together at every frequency"))
+        .at(Place::column(&rec.names[0]))
+        .count(rec.nu)
+        .remedy("leave one of them out, or move them apart in an experiment")
 }
 
 /// Runs of rows at which every output counts.

@@ -25,6 +25,9 @@ use crate::note::{Note, Place};
 /// Pivots below this share mean that the points do not tell parameters apart.
 const RANK_TOLERANCE: f64 = 1e-12;
 
+/// Dead times tried at most.
+const DELAYS: usize = 400;
+
 /// What is to be fitted.
 #[derive(Clone, Copy, Debug)]
 pub enum Structure {
@@ -130,13 +133,17 @@ impl Points {
         (moment / sum).sqrt()
     }
 
-    /// Dead times to try, s: half a radian apart at the centre, up to where the phase between neighbours turns by pi.
-    fn delays(&self, most: usize) -> Vec<f64> {
-        let step = 0.5 / self.centre();
+    /// Dead times to try, s: half a radian apart at the highest frequency that weighs a twentieth of the most, later
+    /// ones a share apart, up to where the phase between neighbours turns by pi.
+    fn delays(&self) -> Vec<f64> {
+        let size = |k: usize| self.G[k].norm() * self.weight[k];
         let n = self.w.len();
+        let most = (0..n).map(size).fold(0.0, f64::max);
+        let top = (0..n).rev().find(|&k| size(k) >= 0.05 * most).map_or(1.0, |k| self.w[k]);
         let apart = (self.w[n - 1] - self.w[0]) / (n.max(2) - 1) as f64;
-        let count = (std::f64::consts::PI / apart / step).min(most as f64) as usize;
-        (0..=count).map(|k| k as f64 * step).collect()
+        let longest = std::f64::consts::PI / apart;
+        let next = |L: &f64| Some(L + (0.5 / top).max(0.03 * L)).filter(|L| *L < longest);
+        std::iter::successors(Some(0.0), next).take(DELAYS).collect()
     }
 }
 

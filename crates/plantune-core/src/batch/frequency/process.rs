@@ -17,9 +17,8 @@ use crate::model::{Model, ProcessModel, TransferFunction, seen};
 /// Steps of differences, of logarithms and of the dead time over the time of the centre.
 const STEP: f64 = 1e-5;
 
-/// Times of the grid, delays at most, and starts taken from it.
+/// Times of the grid, and starts taken from it.
 const TIMES: usize = 14;
-const DELAYS: usize = 400;
 const STARTS: usize = 5;
 
 /// Ratios of a further lag to the first, and dampings, on the grid.
@@ -147,7 +146,7 @@ impl Family for Process {
     }
 
     fn starts(&self) -> Vec<Vec<f64>> {
-        let delays = if self.code.delay { self.points.delays(DELAYS) } else { vec![0.0] };
+        let delays = if self.code.delay { self.points.delays() } else { vec![0.0] };
         let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         for shape in self.shapes() {
             let still = [shape.clone(), if self.code.delay { vec![0.0] } else { vec![] }].concat();

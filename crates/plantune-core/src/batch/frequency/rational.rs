@@ -10,9 +10,8 @@ use super::{Family, Points};
 use crate::linalg::{Complex, Triangle, solve_damped};
 use crate::model::{Model, PolyModel, TransferFunction};
 
-/// Rounds of the start, dead times tried, starts kept.
+/// Rounds of the start, and starts kept.
 const ROUNDS: usize = 12;
-const DELAYS: usize = 60;
 const STARTS: usize = 4;
 
 /// A ratio of polynomials over some points; parameters `a1 … a_nf, b0 … , L`.
@@ -119,7 +118,7 @@ impl Family for Rational {
     }
 
     fn starts(&self) -> Vec<Vec<f64>> {
-        let delays = if self.delay { self.points.delays(DELAYS) } else { vec![0.0] };
+        let delays = if self.delay { self.points.delays() } else { vec![0.0] };
         let mut found: Vec<(f64, Vec<f64>)> = delays.into_iter().filter_map(|L| self.linearised(L)).collect();
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         found.into_iter().take(STARTS).map(|(_, x)| x).collect()
