@@ -1,18 +1,24 @@
 //! Frequency responses across the border.
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
+use plantune_core::batch::{self, Code, Structure};
 use plantune_core::model::{self, FrequencyResponse};
+use plantune_core::validate;
 use pyo3::prelude::*;
 
+use crate::batch::{FitOut, fit_out};
 use crate::error::Outcome;
 use crate::model::ModelIn;
-use crate::values::{Array, array};
+use crate::note::{NoteOut, notes};
+use crate::values::{Array, Matrix, array, matrix};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check_frequency_response, m)?)?;
     m.add_function(wrap_pyfunction!(disc_factor, m)?)?;
     m.add_function(wrap_pyfunction!(frequency_bode, m)?)?;
-    m.add_function(wrap_pyfunction!(frequency_seen, m)?)
+    m.add_function(wrap_pyfunction!(frequency_seen, m)?)?;
+    m.add_function(wrap_pyfunction!(frequency_fit, m)?)?;
+    m.add_function(wrap_pyfunction!(frequency_verdict, m)?)
 }
 
 /// A `plantune.models.FrequencyResponse`, by attribute.
@@ -22,6 +28,7 @@ pub struct FrequencyIn<'py> {
     G: PyReadonlyArray3<'py, Complex64>,
     radius: Option<PyReadonlyArray3<'py, f64>>,
     Ts: Option<f64>,
+    share: f64,
 }
 
 impl FrequencyIn<'_> {
@@ -78,4 +85,61 @@ fn frequency_seen<'py>(
     model.0.check()?;
     let w = w.as_slice().map_err(PyErr::from)?;
     Ok(PyArray1::from_vec(py, model::seen(&model.0, input, Ts, w)))
+}
+
+/// A process model by its code, or a ratio of polynomials by `nb, nf, nk, delay`.
+#[derive(FromPyObject)]
+pub enum StructureIn {
+    Process(String),
+    Rational(usize, usize, usize, bool),
+}
+
+/// Fits a structure to output over input.
+#[pyfunction]
+fn frequency_fit<'py>(
+    py: Python<'py>,
+    response: FrequencyIn<'_>,
+    output: usize,
+    input: usize,
+    structure: StructureIn,
+) -> Outcome<FitOut<'py>> {
+    let structure = match structure {
+        StructureIn::Process(code) => Structure::Process(Code::read(&code)?),
+        StructureIn::Rational(nb, nf, nk, delay) => Structure::Rational { nb, nf, nk, delay },
+    };
+    let (data, share) = (response.value()?, response.share);
+    let fit = py.detach(|| batch::frequency(&data, output, input, structure, share))?;
+    Ok(fit_out(py, fit, Vec::new())?)
+}
+
+/// The dict behind `plantune.validate.FrequencyVerdict`.
+#[derive(IntoPyObject)]
+struct FrequencyVerdictOut<'py> {
+    distance: Matrix<'py>,
+    inside: usize,
+    part: f64,
+    limit: f64,
+    worst: (f64, usize, f64),
+    passed: bool,
+    notes: Vec<NoteOut>,
+}
+
+/// How far a model lies from the points.
+#[pyfunction]
+fn frequency_verdict<'py>(
+    py: Python<'py>,
+    response: FrequencyIn<'_>,
+    model: ModelIn,
+) -> Outcome<FrequencyVerdictOut<'py>> {
+    let data = response.value()?;
+    let found = validate::frequency(&data, &model.0, response.share)?;
+    Ok(FrequencyVerdictOut {
+        distance: matrix(py, found.distance, data.nu)?,
+        inside: found.inside,
+        part: found.part,
+        limit: found.limit,
+        worst: found.worst,
+        passed: found.passed,
+        notes: notes(&found.notes),
+    })
 }

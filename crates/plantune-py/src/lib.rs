@@ -20,6 +20,7 @@ mod matrix;
 mod model;
 mod note;
 mod recursive;
+mod sight;
 mod signal;
 mod sim;
 mod step_modes;
@@ -51,6 +52,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         hysteresis::register,
         analyze::register,
         experiment::register,
+        sight::register,
         validate::register,
         tune::register,
         forms::register,

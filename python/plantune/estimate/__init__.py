@@ -10,6 +10,7 @@ from plantune.estimate.candidates import candidates
 from plantune.estimate.derived import Curve, Derived, Root
 from plantune.estimate.fit import Fit, OffsetStep
 from plantune.estimate.forecast import Forecast
+from plantune.estimate.frequency import frequency
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.iv4 import iv4
 from plantune.estimate.least_squares import least_squares
@@ -45,6 +46,7 @@ __all__ = [
     "bj",
     "bootstrap",
     "candidates",
+    "frequency",
     "idt",
     "idt_criterion",
     "iv4",

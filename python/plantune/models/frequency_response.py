@@ -51,6 +51,9 @@ class FrequencyResponse:
         Give one of the two; infinite where nothing is known.
     coherence : array (n,) or (n, ny), optional
         Share of each output's power that the inputs explain.
+    share : float
+        Part of a point's information that its neighbours do not hold, in (0, 1]: points of
+        averaged spectra overlap, and what is fitted to them must not count it twice.
     u_names, y_names : sequence of str, optional
         Names, by default `u` and `y`, or `u1 u2 …`.
     method : str
@@ -86,6 +89,7 @@ class FrequencyResponse:
     sd: Floats | None = None
     radius: Floats | None = None
     coherence: Floats | None = None
+    share: float = 1.0
     u_names: tuple[str, ...] = ()
     y_names: tuple[str, ...] = ()
     method: str = ""
@@ -100,6 +104,7 @@ class FrequencyResponse:
             "G": G,
             "Ts": None if self.Ts is None else float(self.Ts),
             **_discs(self.sd, self.radius, G.shape),
+            "share": _share(self.share),
             "coherence": _coherence(self.coherence, G.shape),
             "u_names": _names(self.u_names, "u", G.shape[2]),
             "y_names": _names(self.y_names, "y", G.shape[1]),
@@ -225,7 +230,7 @@ def _points(G: ArrayLike, n: int) -> Complexes:
 
 
 def _discs(sd: Any, radius: Any, shape: tuple[int, ...]) -> dict[str, Floats | None]:
-    """Standard deviation and radius, each from the other where only one is given."""
+    """Return standard deviation and radius, each from the other where only one is given."""
     if sd is None and radius is None:
         return {"sd": None, "radius": None}
     factor = _core.disc_factor()
@@ -248,6 +253,12 @@ def _spread(x: Any, name: str, shape: tuple[int, ...]) -> Floats:
             remedy=f"give one {name} for all, or one for each point",
         )
     return np.ascontiguousarray(np.broadcast_to(given, shape)).copy()
+
+
+def _share(x: float) -> float:
+    if not 0 < x <= 1:
+        raise refusal("U01", f"`share` is {x}, must lie in (0, 1]", remedy="leave it out: 1")
+    return float(x)
 
 
 def _coherence(x: Any, shape: tuple[int, ...]) -> Floats | None:

@@ -77,6 +77,8 @@ pub struct Response {
     pub sd: Option<Vec<f64>>, // (n, ny, nu)
     /// Multiple coherence; none without averaging.
     pub coherence: Option<Vec<f64>>, // (n, ny)
+    /// Part of a point's information that its neighbours do not hold.
+    pub share: f64,
     /// What was averaged, in words.
     pub way: String,
     /// Doubts.
@@ -138,10 +140,20 @@ pub fn response(rec: &Record, way: Way, memory: Option<f64>, limits: &Limits) ->
             }
         }
     }
+    if out.w.is_empty() {
+        return Err(together(rec));
+    }
     let notes = seen.notes(rec, (!raw).then_some(&out.coherence), out.w.len());
     let known = |x: Vec<f64>| (!raw).then_some(x);
     let value = FrequencyResponse { w: out.w, G: out.G, radius: known(out.radius), ny, nu, Ts: Some(rec.Ts) };
-    Ok(Response { value, sd: known(out.sd), coherence: known(out.coherence), way: seen.words, notes })
+    Ok(Response {
+        value,
+        sd: known(out.sd),
+        coherence: known(out.coherence),
+        share: seen.share,
+        way: seen.words,
+        notes,
+    })
 }
 
 #[derive(Default)]
@@ -187,6 +199,9 @@ pub fn coherence(rec: &Record, way: Way, memory: Option<f64>, limits: &Limits) -
             }
         }
     }
+    if out.w.is_empty() {
+        return Err(together(rec));
+    }
     out.notes = seen.notes(rec, Some(&out.multiple), out.w.len());
     Ok(out)
 }
@@ -201,6 +216,8 @@ struct Seen {
     dark: Vec<f64>, // (nu)
     runs: usize,
     used: usize,
+    /// Rows over twice the averages of all lines, at most 1.
+    share: f64,
 }
 
 impl Seen {
@@ -237,7 +254,9 @@ impl Seen {
             Plan::Welch(stretch) => cut.iter().filter(|r| r.len() >= stretch.n).count(),
             Plan::Lags(..) => cut.len(),
         };
-        Ok(Seen { words: plan.words(&S), S, nu: rec.nu, shift, dark, runs: runs.len(), used })
+        let rows = if used == 1 { longest(&cut).len() } else { N };
+        let share = (0.5 * rows as f64 * S.ratio / S.w.len() as f64).min(1.0);
+        Ok(Seen { words: plan.words(&S), S, nu: rec.nu, shift, dark, runs: runs.len(), used, share })
     }
 
     /// Of the spectrum of the inputs at frequency `k`; None where an input is dark or they move together.
@@ -394,6 +413,15 @@ fn stretch(N: usize, long: usize, memory: Option<(f64, usize)>) -> usize {
 fn lines(long: usize, memory: Option<(f64, usize)>) -> usize {
     let most = (long / 2).saturating_sub(1) / 2;
     memory.map_or(5, |(rows, _)| (long as f64 / (STRETCH * rows)) as usize).max(2).min(most)
+}
+
+/// X11: no frequency at which the inputs can be told apart.
+fn together(rec: &Record) -> Error {
+    let names = rec.names[..rec.nu].join(" and ");
+    Error::new("X11", format!("{names} move together at every frequency"))
+        .at(Place::column(&rec.names[0]))
+        .count(rec.nu)
+        .remedy("leave one of them out, or move them apart in an experiment")
 }
 
 /// Runs of rows at which every output counts.

@@ -4,6 +4,7 @@ mod arx;
 mod bootstrap;
 mod cancellation;
 mod fit;
+mod frequency;
 mod huber;
 mod iv4;
 mod least_squares;
@@ -29,6 +30,7 @@ pub use bootstrap::{Bootstrap, BootstrapOptions, bootstrap, spread};
 pub use fit::{
     Fit, OffsetStep, Status, WIDTH, criteria, normal_interval, standard_deviations, stretched, widened,
 };
+pub use frequency::{Structure, frequency};
 pub use huber::{Huber, huber};
 pub use iv4::iv4;
 pub use least_squares::{LinearFit, least_squares};
