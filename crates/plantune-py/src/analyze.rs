@@ -285,6 +285,7 @@ struct EvidenceOut<'py> {
     arx: DelayOut<'py>,
     oe: OeScanOut<'py>,
     impulse: ImpulseOut<'py>,
+    feedback: bool,
     notes: Vec<NoteOut>,
 }
 
@@ -324,6 +325,7 @@ fn delay_evidence<'py>(
             N: found.oe.N,
         },
         impulse: impulse_out(py, found.impulse),
+        feedback: found.feedback,
         notes: notes(&found.notes),
     })
 }

@@ -5,8 +5,10 @@ from plantune.plot.bode import bode
 from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
+from plantune.plot.delay_evidence import delay_evidence
 from plantune.plot.forc import forc
 from plantune.plot.hysteresis import hysteresis
+from plantune.plot.impulse import impulse
 from plantune.plot.margins import margins
 from plantune.plot.record import record
 from plantune.plot.relay import relay
@@ -23,8 +25,10 @@ __all__ = [
     "closed_loop",
     "compare",
     "delay",
+    "delay_evidence",
     "forc",
     "hysteresis",
+    "impulse",
     "margins",
     "record",
     "relay",

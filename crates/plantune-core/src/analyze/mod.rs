@@ -3,6 +3,7 @@
 mod delay;
 mod delay_evidence;
 mod exclude;
+mod feedback;
 mod health;
 mod impulse;
 mod oe_scan;
@@ -17,6 +18,7 @@ mod xcorr;
 pub use delay::{DelayScan, delay_scan};
 pub use delay_evidence::{DelayEvidence, delay_evidence};
 pub use exclude::{Actuators, Excluded, exclude};
+pub use feedback::p_of_feedback;
 pub use health::{Health, health};
 pub use impulse::{ImpulseOptions, ImpulseResponse, Kernel, Response, impulse};
 pub use oe_scan::OeScan;
