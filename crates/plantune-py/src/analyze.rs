@@ -357,6 +357,7 @@ struct EvidenceOut<'py> {
     arx: DelayOut<'py>,
     oe: OeScanOut<'py>,
     impulse: ImpulseOut<'py>,
+    feedback: bool,
     notes: Vec<NoteOut>,
 }
 
@@ -396,6 +397,7 @@ fn delay_evidence<'py>(
             N: found.oe.N,
         },
         impulse: impulse_out(py, found.impulse),
+        feedback: found.feedback,
         notes: notes(&found.notes),
     })
 }

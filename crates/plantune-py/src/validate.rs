@@ -2,6 +2,7 @@
 
 use numpy::PyReadonlyArray1;
 use plantune_core::Limits;
+use plantune_core::analyze::p_of_feedback as answers;
 use plantune_core::model::Model;
 use plantune_core::validate::{
     self, CheckOptions, Delay, Estimated, Feedback, Residuals, Rival, Scores, Verdict,
@@ -158,7 +159,7 @@ fn expected(all: Vec<(String, f64, f64, f64)>, columns: bool, limits: LimitsIn) 
 #[pyfunction]
 fn p_of_feedback(py: Python<'_>, rec: RecordIn<'_>, direct: bool, limits: LimitsIn) -> Outcome<Vec<f64>> {
     let record = rec.view(&limits.into())?;
-    Ok(py.detach(|| (0..record.nu).map(|i| validate::p_of_feedback(&record, i, direct)).collect()))
+    Ok(py.detach(|| (0..record.nu).map(|i| answers(&record, i, direct)).collect()))
 }
 
 /// The dict behind `plantune.validate.TimeVarying(**d)`; `row` is one of the record.

@@ -77,6 +77,8 @@ class DelayEvidence:
         Its `delays` have `weights`; of several inputs they are those of `input`.
     input : int
         Which input.
+    feedback : bool
+        Whether u answers y, as in closed loop; 0 is then no delay.
     notes : tuple of Note
         X06 with the delays that are not told apart, X09 where u follows y, X05 at the end of
         the range.
@@ -100,6 +102,7 @@ class DelayEvidence:
     oe: OEScan
     impulse: ImpulseResponse
     input: int
+    feedback: bool
     notes: tuple[Note, ...]
     source: str
 
@@ -127,7 +130,7 @@ class DelayEvidence:
                 r.first,
                 None,
                 "u follows y: not to be trusted"
-                if r.feedback is not None
+                if self.feedback
                 else "first lag outside the band; noise makes it late",
             ),
             Way(
@@ -212,6 +215,7 @@ def _value(d: Mapping[str, Any], rec: Record, input: int, limits: Limits) -> Del
         oe=OEScan(**oe),
         impulse=impulse_from_core(d["impulse"], rec, 0, "tc", limits),
         input=input,
+        feedback=d["feedback"],
         notes=(*notes_from_core(d["notes"]), *limits.changes()),
         source=rec.source,
     )

@@ -5,9 +5,11 @@ from plantune.plot.bode import bode
 from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
+from plantune.plot.delay_evidence import delay_evidence
 from plantune.plot.forc import forc
 from plantune.plot.frequency import frequency
 from plantune.plot.hysteresis import hysteresis
+from plantune.plot.impulse import impulse
 from plantune.plot.margins import margins
 from plantune.plot.noise import noise
 from plantune.plot.record import record
@@ -26,9 +28,11 @@ __all__ = [
     "closed_loop",
     "compare",
     "delay",
+    "delay_evidence",
     "forc",
     "frequency",
     "hysteresis",
+    "impulse",
     "margins",
     "noise",
     "record",

@@ -13,6 +13,7 @@
 //! of 263. Source 001, 3.5.4.
 
 use super::delay::{DelayScan, delay_scan};
+use super::feedback::p_of_feedback;
 use super::impulse::{ImpulseOptions, ImpulseResponse, Kernel, Rows, impulse};
 use super::oe_scan::{OeScan, Piece, oe_scan};
 use super::xcorr::{Correlation, xcorr};
@@ -28,6 +29,9 @@ const ROWS: usize = 3;
 /// Weight from which a delay is known, and from which it is possible.
 const KNOWN: f64 = 0.9;
 const POSSIBLE: f64 = 0.05;
+
+/// Chance that an open loop passes for a closed one.
+const CHANCE: f64 = 1e-3;
 
 /// Largest lag of the correlation.
 const LAGS: usize = 40;
@@ -51,6 +55,8 @@ pub struct DelayEvidence {
     pub oe: OeScan,
     /// Impulse response.
     pub impulse: ImpulseResponse,
+    /// Whether the input answers the output.
+    pub feedback: bool,
     /// Doubts.
     pub notes: Vec<Note>,
 }
@@ -71,9 +77,12 @@ pub fn delay_evidence(
     let options = ImpulseOptions { n, kernel: Some(Kernel::Tc), first, nk: None, whiten: true };
     let impulse = impulse(rec, 0, &options, limits)?;
     let pieces = pieces(rec, input, &impulse, high);
+    let p = p_of_feedback(rec, input, false);
+    let feedback = p < CHANCE || correlation.feedback.is_some();
     // In closed loop u(t) holds e(t) by way of the controller, and no delay at all would explain it by itself.
-    let oe_low = if correlation.feedback.is_some() { low.max(1).min(high) } else { low };
-    let oe = oe_scan(&pieces, (oe_low, high), rec.Ts, limits);
+    let least = if feedback { low.max(1).min(high) } else { low };
+    let oe = oe_scan(&pieces, (least, high), rec.Ts, limits);
+    let notes = feedback.then(|| answers(rec, input, p)).into_iter().collect();
     Ok(judged(
         rec,
         input,
@@ -88,7 +97,8 @@ pub fn delay_evidence(
             arx,
             oe,
             impulse,
-            notes: Vec::new(),
+            feedback,
+            notes,
         },
     ))
 }
@@ -121,6 +131,18 @@ fn pieces(rec: &Record, input: usize, impulse: &ImpulseResponse, high: usize) ->
     runs.iter().map(piece).collect()
 }
 
+/// X09: the input answers the output.
+fn answers(rec: &Record, input: usize, p: f64) -> Note {
+    let name = rec.input_name(input);
+    let text = format!(
+        "feedback: {name} answers errors of y; correlations do not tell a delay, and 0 is not weighed"
+    );
+    Note::warning("X09", text)
+        .at(Place::column(name))
+        .measured(p, CHANCE)
+        .remedy("if the loop was open and y jumps with the input, the delay is 0")
+}
+
 /// The summary and its notes.
 fn judged(
     rec: &Record,
@@ -141,7 +163,7 @@ fn judged(
     (found.nk, found.weight) = best;
     found.likely = weights.iter().filter(|(_, w)| *w > POSSIBLE).map(|(nk, _)| *nk).collect();
     let name = rec.input_name(input);
-    let mut notes: Vec<Note> = found.correlation.notes.clone();
+    let mut notes = std::mem::take(&mut found.notes);
     notes.extend(found.arx.notes.iter().filter(|n| n.code != "X06" || n.text.contains("repeats")).cloned());
     if found.weight < KNOWN {
         let each = weights.iter().filter(|(_, w)| *w > POSSIBLE);

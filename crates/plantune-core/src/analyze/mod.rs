@@ -7,6 +7,7 @@ mod density;
 mod excitation;
 mod exclude;
 mod experiment;
+mod feedback;
 mod health;
 mod impulse;
 mod informative;
@@ -31,6 +32,7 @@ pub use exclude::{Actuators, Excluded, exclude};
 pub use experiment::{
     Disturbance, Experiment, Plan, Predicted, Room, Shape, Trial, experiment, judged, near_zero,
 };
+pub use feedback::p_of_feedback;
 pub use health::{Health, health};
 pub use impulse::{ImpulseOptions, ImpulseResponse, Kernel, PathResponse, impulse};
 pub use informative::{Informative, InformativeOptions, InformativeStretch, Window, informative};

@@ -1,6 +1,5 @@
 //! Whether a model holds on data: fit, criteria, residuals.
 
-mod closed_loop;
 mod expected;
 mod feedback;
 mod frequency;
@@ -15,7 +14,6 @@ mod residuals;
 mod time_varying;
 mod verdict;
 
-pub use closed_loop::p_of_feedback;
 pub use expected::{Expected, expected};
 pub use feedback::{Estimated, Feedback};
 pub use frequency::{FrequencyVerdict, frequency};

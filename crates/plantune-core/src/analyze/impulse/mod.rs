@@ -196,7 +196,8 @@ fn regularised(rows: &Rows, kernel: Kernel, options: &ImpulseOptions) -> Impulse
         response.rho = (kernel == Kernel::Dc).then_some(prior.rho);
         response.c = Some(prior.c * prior.s2 * unit * unit);
         found.responses.push(response);
-        found.evidence = Some(prior.cost);
+        // In the record's units: y was scaled.
+        found.evidence = Some(prior.cost - 2.0 * (rows.N() - 1) as f64 * rows.y_factor().ln());
         found.noise_sd = prior.s2.sqrt() / rows.y_factor();
     }
     found
