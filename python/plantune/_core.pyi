@@ -460,6 +460,12 @@ def excitation_orders(rec: Record, most: int, limits: Limits) -> list[int]:
 def input_moves(rec: Record, limits: Limits) -> bool:
     """Whether every input moves (X01)."""
 
+def is_irregular(rec: Record, limits: Limits) -> bool:
+    """Whether the stamps within its segments are not uniform."""
+
+def mean_step(t: Floats, starts: Sequence[int]) -> float | None:
+    """Mean step between stamps within segments; None where no two follow each other."""
+
 def informative(rec: Record, window: int, input: int, output: int, limits: Limits) -> Fields:
     """Fields of `Informative` but `record`; stretches as dicts, windows as lists and arrays."""
 

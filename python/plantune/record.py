@@ -33,7 +33,7 @@ class Record:
     y : array (N,) or (N, ny)
         Outputs.
     Ts : float
-        Sample time in seconds; always given.
+        Sample time in seconds; always given, but for stamps `t`, whose mean step it then is.
     r : array (N,) or (N, ny), optional
         Reference (set point).
     aux : mapping of name to array (N,), optional
@@ -41,7 +41,8 @@ class Record:
     t0 : float
         Time of the first row in seconds.
     t : array (N,), optional
-        Time stamps; None when uniform.
+        Time stamps in seconds; None when uniform.  Where they are not, `estimate.process`, its
+        `simulate` and `validate.check` serve them as they are; all else asks for `prep.resample`.
     valid : array (N,) or (N, ny) of bool, optional
         Which outputs count; a NaN output is accepted where it does not.
     starts : sequence of int, optional
@@ -67,7 +68,7 @@ class Record:
     ------
     DataError
         Missing (D07), infinite (D08), of different length (D09), of a wrong shape (D10) or
-        type (D11).
+        type (D11); stamps that do not ascend (D13).
 
     Examples
     --------
@@ -81,7 +82,7 @@ class Record:
 
     u: Floats
     y: Floats
-    Ts: float
+    Ts: float = None  # type: ignore[assignment]  # filled in below
     r: Floats | None = None
     aux: Mapping[str, Floats] = field(default_factory=dict)
     t0: float = 0.0
@@ -120,7 +121,7 @@ class Record:
             "y_names": _names(self.y_names, "y", y.shape[1]),
             "valid": _like(np.asarray(valid, bool), y.shape, "valid"),
             "y": _hold_missing(y, self.valid),
-            "Ts": _seconds(self.Ts),
+            "Ts": _seconds(self._mean_step(starts) if self.Ts is None else self.Ts),
             "t0": float(self.t0),
             "starts": _frozen(np.array(starts, np.int64)),
             "rows": _like(np.asarray(rows, np.int64), per_row, "rows"),
@@ -135,6 +136,23 @@ class Record:
         frozen["log"] = tuple(self.log)
         frozen["notes"] = tuple(self.notes)
         return frozen
+
+    def _mean_step(self, starts: ArrayLike) -> float | None:
+        if self.t is None:
+            return None
+        t = columns(self.t, "t")[:, 0]
+        return _core.mean_step(np.ascontiguousarray(t), np.asarray(starts, np.int64).tolist())
+
+    @property
+    def irregular(self) -> bool:
+        """Whether the stamps are not uniform within segments.
+
+        Examples
+        --------
+        >>> Record(u=range(4), y=range(4), t=[0.0, 1.0, 2.5, 2.7]).irregular
+        True
+        """
+        return self.t is not None and _core.is_irregular(self, self.limits or DEFAULT_LIMITS)
 
     @property
     def N(self) -> int:
@@ -248,7 +266,8 @@ class Record:
         first = records[0]
         for other in records[1:]:
             same = (other.u_names, other.y_names) == (first.u_names, first.y_names)
-            if other.Ts != first.Ts or not same or (other.r is None) != (first.r is None):
+            steps_differ = other.Ts != first.Ts and not (other.irregular or first.irregular)
+            if steps_differ or not same or (other.r is None) != (first.r is None):
                 raise refusal(
                     "U01",
                     f"records differ in Ts, columns or reference: {_label(first)}, {_label(other)}",
@@ -259,11 +278,13 @@ class Record:
             return np.concatenate([getattr(rec, name) for rec in records])
 
         offsets = np.cumsum([0, *(rec.N for rec in records)])
+        at_any_stamps = any(rec.irregular for rec in records)
         same_source = len({rec.source for rec in records}) == 1
         return replace(
             first,
             u=stack("u"),
             y=stack("y"),
+            Ts=None if at_any_stamps else first.Ts,  # type: ignore[arg-type]
             r=None if first.r is None else stack("r"),
             aux={n: np.concatenate([rec.aux[n] for rec in records]) for n in first.aux},
             t=None if all(rec.t is None for rec in records) else stack("time"),
@@ -407,7 +428,8 @@ def _seconds(Ts: Any) -> float:
     try:
         return float(Ts)
     except (TypeError, ValueError):
-        raise refusal("U01", f"`Ts` is {Ts!r}, must be seconds", remedy="pass Ts=0.1") from None
+        text = f"`Ts` is {Ts!r}, must be seconds"
+        raise refusal("U01", text, remedy="pass Ts=0.1, or stamps t= of two rows or more") from None
 
 
 def _same(a: Any, b: Any) -> bool:

@@ -9,7 +9,10 @@ use std::ops::Range;
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::linalg::extent;
-use crate::note::Place;
+use crate::note::{Place, rounded};
+
+/// Factor on D15: a step may be off by that much from the median, and the median from `Ts`.
+const ODD: f64 = 2.05;
 
 /// Inputs, outputs and what is known about them. Checked when made; see [`Record::new`].
 #[derive(Clone, Debug)]
@@ -85,10 +88,37 @@ impl<'a> Record<'a> {
                 .remedy("give a record with rows of data below the header"));
         }
         self.check_starts()?;
+        self.check_ascending()?;
         self.check_lost(limits)?;
         self.check_finite(self.u, self.nu, 0, limits)?;
         self.check_finite(self.y, self.ny, self.nu, limits)?;
         Ok(self)
+    }
+
+    /// D15: stamps that are not uniform, where only some estimators can serve.
+    pub fn check_uniform(&self, limits: &Limits) -> Result<()> {
+        let (Some(t), Some(k)) = (self.t, self.first_odd_step(limits)) else { return Ok(()) };
+        let off = ((t[k] - t[k - 1]) / self.Ts - 1.0).abs();
+        let text = format!("not uniformly sampled: a step is off by {:.0} % of Ts = {} s", 100.0 * off, rounded(self.Ts));
+        Err(Error::new("D15", text)
+            .at(Place { column: "time".into(), row: Some(k), time: Some(t[k]) })
+            .measured(off, ODD * limits.D15)
+            .remedy(format!(
+                "prep.resample(rec, {}) first; estimate.process takes such stamps as they are",
+                rounded(self.Ts)
+            )))
+    }
+
+    /// Whether the stamps are not uniform.
+    pub fn is_irregular(&self, limits: &Limits) -> bool {
+        self.first_odd_step(limits).is_some()
+    }
+
+    /// The row behind the first step within a segment that is not one of `Ts`.
+    fn first_odd_step(&self, limits: &Limits) -> Option<usize> {
+        let t = self.t?;
+        let odd = |k: &usize| !(((t[*k] - t[k - 1]) / self.Ts - 1.0).abs() <= ODD * limits.D15);
+        self.segments().flat_map(|s| s.start + 1..s.end).find(odd)
     }
 
     /// Number of rows.
@@ -215,6 +245,16 @@ impl<'a> Record<'a> {
         }
     }
 
+    /// D13: stamps that do not ascend within a segment.
+    fn check_ascending(&self) -> Result<()> {
+        let Some(t) = self.t else { return Ok(()) };
+        let back = |k: &usize| !(t[*k] > t[k - 1]);
+        let Some(k) = self.segments().flat_map(|s| s.start + 1..s.end).find(back) else { return Ok(()) };
+        Err(Error::new("D13", format!("`t` does not ascend: {} s after {} s", t[k], t[k - 1]))
+            .at(Place { column: "t".into(), row: Some(k), time: Some(t[k]) })
+            .remedy("sort the rows by their stamps, or begin a segment there: starts"))
+    }
+
     /// D07: too many outputs that do not count.
     fn check_lost(&self, limits: &Limits) -> Result<()> {
         let Some(valid) = self.valid else { return Ok(()) };
@@ -294,6 +334,14 @@ impl Scale {
     }
 }
 
+/// Mean step between stamps that follow each other within a segment; none where no two do.
+pub fn mean_step(t: &[f64], starts: &[usize]) -> Option<f64> {
+    let within = |k: &usize| starts.binary_search(k).is_err();
+    let steps = (1..t.len()).filter(within).map(|k| t[k] - t[k - 1]);
+    let (sum, count) = steps.fold((0.0, 0usize), |(sum, n), d| (sum + d, n + 1));
+    (count > 0).then(|| sum / count as f64)
+}
+
 /// Fingerprint of a record's numbers, sample time and segments: 32 hexadecimal digits.
 pub fn fingerprint(rec: &Record) -> String {
     let mut hash = xxhash_rust::xxh3::Xxh3::new();
@@ -310,6 +358,9 @@ pub fn fingerprint(rec: &Record) -> String {
     feed(rec.u);
     feed(rec.y);
     rec.starts.iter().for_each(|&s| feed(&[s as f64]));
+    if let Some(t) = rec.t.filter(|_| rec.is_irregular(&Limits::default())) {
+        feed(t);
+    }
     if let Some(valid) = rec.valid {
         valid.iter().enumerate().filter(|(_, v)| !**v).for_each(|(k, _)| feed(&[k as f64]));
     }

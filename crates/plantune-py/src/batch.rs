@@ -123,8 +123,17 @@ pub fn run<'py>(
     estimate: impl Fn(&Record, &Limits) -> plantune_core::Result<Fit> + Send + Sync,
 ) -> Outcome<FitOut<'py>> {
     let limits: Limits = limits.into();
-    let record = rec.view(&limits)?;
-    let fit = py.detach(|| estimate(&record, &limits))?;
+    run_on(py, &rec.view(&limits)?, &limits, estimate)
+}
+
+/// The same on a record whose stamps may lie anywhere.
+fn run_on<'py>(
+    py: Python<'py>,
+    record: &Record,
+    limits: &Limits,
+    estimate: impl Fn(&Record, &Limits) -> plantune_core::Result<Fit> + Send + Sync,
+) -> Outcome<FitOut<'py>> {
+    let fit = py.detach(|| estimate(record, limits))?;
     Ok(fit_out(py, fit, record.row_ranges())?)
 }
 
@@ -288,7 +297,9 @@ fn process<'py>(
     let (offset, offset_of) = offset.read()?;
     let options = ProcessOptions { offset, offset_of, L, noise };
     let estimate = if robust { batch::robust_process } else { batch::process };
-    run(py, &rec, limits, |record, limits| estimate(record, &codes, &options, limits))
+    let limits: Limits = limits.into();
+    let record = rec.view_of_any_stamps(&limits)?;
+    run_on(py, &record, &limits, |record, limits| estimate(record, &codes, &options, limits))
 }
 
 /// `True`, `False`, or for which rows the offset is the same.

@@ -210,7 +210,7 @@ fn decimate<'py>(
 /// Whether no column of a record has a level left.
 #[pyfunction]
 fn has_no_level(rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<bool> {
-    Ok(signal::has_no_level(&rec.view(&limits.into())?))
+    Ok(signal::has_no_level(&rec.view_of_any_stamps(&limits.into())?))
 }
 
 /// `x` without the mean of each column over the rows that count, and these means.

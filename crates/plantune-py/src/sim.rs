@@ -48,7 +48,7 @@ fn over_record<'py>(
     limits: LimitsIn,
 ) -> Outcome<OverRecordOut<'py>> {
     let limits: Limits = limits.into();
-    let record = rec.view(&limits)?;
+    let record = rec.view_of_any_stamps(&limits)?;
     let start = start(x0)?;
     let run = py.detach(|| sim::over_record(&model.0, &record, horizon, start, offset))?;
     Ok((run.rows, array(py, run.yhat), run.offset, run.x0))

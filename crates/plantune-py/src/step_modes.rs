@@ -157,7 +157,7 @@ fn areas(
     limits: LimitsIn,
 ) -> Outcome<(f64, f64, f64)> {
     let limits = limits.into();
-    let record = rec.view(&limits)?;
+    let record = rec.view_of_any_stamps(&limits)?;
     let model = py.detach(|| batch::areas(&record, step_at, &limits))?;
     Ok((model.K, model.T, model.L))
 }
@@ -174,7 +174,7 @@ fn step_modes<'py>(
 ) -> Outcome<StepModesOut<'py>> {
     let options = StepModesOptions { order, max_order, step_at, gain };
     let limits = limits.into();
-    let record = rec.view(&limits)?;
+    let record = rec.view_of_any_stamps(&limits)?;
     let found = py.detach(|| batch::step_modes(&record, &options, &limits))?;
     Ok(out(py, &record, found)?)
 }
@@ -211,7 +211,7 @@ fn idt_criterion<'py>(
     limits: LimitsIn,
 ) -> Outcome<CriterionOut<'py>> {
     let limits = limits.into();
-    let record = rec.view(&limits)?;
+    let record = rec.view_of_any_stamps(&limits)?;
     let options = StepModesOptions { order, max_order, step_at, gain };
     let found = py.detach(|| batch::idt_criterion(&record, &options, lag, eps, &limits))?;
     let complexes = |z: Vec<Complex64>| PyArray1::from_vec(py, z);

@@ -99,7 +99,7 @@ fn check<'py>(
     limits: LimitsIn,
 ) -> Outcome<VerdictOut<'py>> {
     let limits: Limits = limits.into();
-    let record = rec.view(&limits)?;
+    let record = rec.view_of_any_stamps(&limits)?;
     let options = CheckOptions { x0: start(x0)?, offset, lags, fitted };
     checked(py, py.detach(|| validate::check(&model.0, &record, &options, &limits)))
 }

@@ -12,6 +12,8 @@ use crate::error::Outcome;
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(check_record, m)?)?;
+    m.add_function(wrap_pyfunction!(is_irregular, m)?)?;
+    m.add_function(wrap_pyfunction!(mean_step, m)?)?;
     m.add_function(wrap_pyfunction!(default_limits, m)?)
 }
 
@@ -36,8 +38,15 @@ impl RecordIn<'_> {
         [self.u_names.as_slice(), self.y_names.as_slice()].concat()
     }
 
-    /// The core's view of the same memory, checked.
+    /// The core's view of the same memory, checked; refused where its stamps are not uniform (D15).
     pub fn view(&self, limits: &Limits) -> Outcome<Record<'_>> {
+        let record = self.view_of_any_stamps(limits)?;
+        record.check_uniform(limits)?;
+        Ok(record)
+    }
+
+    /// The same for what can serve stamps that are not uniform.
+    pub fn view_of_any_stamps(&self, limits: &Limits) -> Outcome<Record<'_>> {
         let valid = self.valid.as_slice().map_err(PyErr::from)?;
         let record = Record {
             u: self.u.as_slice().map_err(PyErr::from)?,
@@ -182,8 +191,21 @@ pub fn matrix<T: numpy::Element>(py: Python<'_>, x: Vec<T>, width: usize) -> PyR
 /// Checks a record and returns the fingerprint of its numbers.
 #[pyfunction]
 fn check_record(py: Python<'_>, rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<String> {
-    let record = rec.view(&limits.into())?;
+    let record = rec.view_of_any_stamps(&limits.into())?;
     Ok(py.detach(|| fingerprint(&record)))
+}
+
+/// Mean step between stamps within segments, which begin at `starts`.
+#[pyfunction]
+fn mean_step(t: PyReadonlyArray1<'_, f64>, starts: Vec<usize>) -> Outcome<Option<f64>> {
+    Ok(plantune_core::record::mean_step(t.as_slice().map_err(PyErr::from)?, &starts))
+}
+
+/// Whether the stamps of a record are not uniform.
+#[pyfunction]
+fn is_irregular(rec: RecordIn<'_>, limits: LimitsIn) -> Outcome<bool> {
+    let limits = limits.into();
+    Ok(rec.view_of_any_stamps(&limits)?.is_irregular(&limits))
 }
 
 /// Every threshold by its code.

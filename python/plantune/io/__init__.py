@@ -68,6 +68,7 @@ def read(
     uncertain: Literal["drop", "keep"] = "drop",
     sort: bool | Literal["segments"] = False,
     ragged: Literal["error", "skip"] = "error",
+    stamps: Literal["uniform", "irregular"] = "uniform",
     units: Mapping[str, str] | None = None,
     limits: Limits | None = None,
 ) -> Record:
@@ -116,6 +117,8 @@ def read(
     ragged : "error" or "skip"
         Refuse rows of a text with missing or extra fields, or leave them out; the record is cut
         there.
+    stamps : "uniform" or "irregular"
+        Refuse stamps that are not uniform; or keep them as they are, for `estimate.process`.
     units : mapping of name to str, optional
         Units of columns, before those of the header.
     limits : Limits, optional
@@ -163,6 +166,7 @@ def read(
         uncertain=uncertain,
         sort=sort,
         ragged=ragged,
+        stamps=stamps,
         units=units or {},
         limits=limits or Limits(),
     )

@@ -12,7 +12,7 @@ from plantune.errors import DataError, refusal
 from plantune.io.choose import Chosen, choose
 from plantune.io.draft import Choice, Draft
 from plantune.io.missing import cut, marked, refuse_missing, without_sentinels
-from plantune.io.order import in_order, on_grid, with_step, without_repeats
+from plantune.io.order import as_stamped, in_order, on_grid, with_step, without_repeats
 from plantune.io.quality import graded
 from plantune.io.stamps import seconds, which_count
 from plantune.io.table import Column, Sheet, Table, Wanted
@@ -34,7 +34,9 @@ def record_from(sheet: Sheet, choice: Choice) -> Record:
             'missing="segments" cuts the record there, missing="mask" leaves these outputs out',
         )
     draft = without_repeats(in_order(draft, choice.sort))
-    if choice.resample is None:
+    if choice.stamps == "irregular":
+        draft = as_stamped(draft, choice)
+    elif choice.resample is None:
         draft = with_step(draft, choice)
     else:
         draft = on_grid(draft, _held(chosen), float(choice.resample))
@@ -52,6 +54,7 @@ def check(choice: Choice) -> None:
         ("sort", choice.sort, (False, True, "segments")),
         ("ragged", choice.ragged, ("error", "skip")),
         ("uncertain", choice.uncertain, ("drop", "keep")),
+        ("stamps", choice.stamps, ("uniform", "irregular")),
     ):
         if value not in allowed:
             raise refusal(

@@ -33,6 +33,7 @@ class Choice:
     uncertain: str
     sort: bool | str
     ragged: str
+    stamps: str
     units: Mapping[str, str]
     limits: Limits
 

@@ -103,6 +103,18 @@ def with_step(draft: Draft, choice: Choice) -> Draft:
     return replace(draft, log=(*draft.log, f"D16: {said}"), notes=(*draft.notes, note))
 
 
+def as_stamped(draft: Draft, choice: Choice) -> Draft:
+    """Keep the stamps as they are; the sample time is their mean step."""
+    if draft.t is None or choice.resample is not None or choice.Ts is not None:
+        lacks = "needs a column of time stamps" if draft.t is None else "takes no `Ts` or `resample`"
+        raise refusal("U01", f"`stamps` = 'irregular' {lacks}", remedy="name the column: time=")
+    step = _core.mean_step(np.ascontiguousarray(draft.t), draft.starts.tolist())
+    if step is None:
+        raise too_few(1, "no two rows follow each other")
+    said = f"stamps kept as they are, {step:.6g} s apart in the mean"
+    return replace(draft, Ts=step, rows_tell_time=False, log=(*draft.log, said))
+
+
 def _step(draft: Draft, limits: Limits) -> float:
     """Return the step that the stamps of all segments share, as the longest has it (D15)."""
     parts = sorted(draft.parts, key=lambda part: part.start - part.stop)

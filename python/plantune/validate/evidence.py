@@ -24,6 +24,8 @@ def against(
     """
     if not isinstance(fit.model, PolyModel | ProcessModel | TransferFunction) or rec.ny != 1:
         return ()
+    if rec.irregular:
+        return ()  # all three compare with sampled models
     noisy = _core.noisy_regressors(rec, fit.model, flat(fit), limits)
     return (
         *_feedback(rec, fit, white, limits),

@@ -1,6 +1,7 @@
 //! Models as values: one `enum Model`, and what every verb asks of it.
 
 mod approximate;
+mod at_stamps;
 mod convert;
 pub mod derived;
 mod fopdt;
@@ -17,6 +18,7 @@ mod term_model;
 mod terms;
 mod transfer;
 
+pub use at_stamps::{AtStamps, Stamped, States};
 pub use approximate::{Delay, approximated};
 pub use convert::{c2d, check_fopdt, d2c};
 pub use fopdt::{Fopdt, Fraction};

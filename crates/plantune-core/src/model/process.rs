@@ -44,6 +44,11 @@ impl ProcessModel {
         }
     }
 
+    /// Whether it is one or two real lags and a dead time, and no more.
+    pub fn is_lags(&self) -> bool {
+        matches!(self.T.len(), 1 | 2) && self.Tz == 0.0 && self.zeta.is_none() && !self.integrating
+    }
+
     /// Parameters in the order of their names: `K T1 … L Tz zeta`, the last two where they are present.
     pub fn theta(&self) -> Vec<f64> {
         let zero = (self.Tz != 0.0).then_some(self.Tz);

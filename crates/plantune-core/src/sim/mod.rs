@@ -8,6 +8,7 @@ mod controller;
 mod forecast;
 mod horizon;
 mod indices;
+mod irregular;
 mod live;
 mod matrix_over_record;
 mod over_record;

@@ -2,7 +2,9 @@
 //! segment, and the offset if asked for, estimated by least squares.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
+use super::irregular::Irregular;
 use crate::error::{Error, Result};
 use crate::linalg::{Block, Segmented, Triangle, solve};
 use crate::model::{Model, Response};
@@ -42,8 +44,10 @@ pub fn over_record(
 ) -> Result<OverRecord> {
     check(model, rec, horizon)?;
     let (input, known) = drifting(model, rec, offset.unwrap_or(0.0));
+    let lags = Irregular::of(model, rec)?;
     let history = model.history(rec.Ts);
-    let segments: Vec<_> = rec.segments().filter(|s| s.len() > history).collect();
+    let history_of = |s: &Range<usize>| lags.as_ref().map_or(history, |lags| lags.history(s));
+    let segments: Vec<_> = rec.segments().filter(|s| s.len() > history_of(s)).collect();
     if segments.is_empty() {
         return Err(Error::new(
             "X03",
@@ -56,9 +60,10 @@ pub fn over_record(
         .iter()
         .map(|s| {
             let u = &input[s.start * rec.nu..s.end * rec.nu];
-            match horizon {
-                None => simulated_error(model, rec, u, s.start, known),
-                Some(_) => predicted_error(model, rec, u, s.clone(), known, offset.is_none()),
+            match (&lags, horizon) {
+                (Some(lags), _) => lags.error(s.clone(), known),
+                (None, None) => simulated_error(model, rec, u, s.start, known),
+                (None, Some(_)) => predicted_error(model, rec, u, s.clone(), known, offset.is_none()),
             }
         })
         .collect();
@@ -68,7 +73,7 @@ pub fn over_record(
     let local = if start == Start::Estimate { responses[0].free.len() - 1 } else { 0 };
     let mut problem = Segmented::new(local, shared);
     for (s, response) in segments.iter().zip(&responses) {
-        let rows = s.start + history..s.end;
+        let rows = s.start + history_of(s)..s.end;
         problem.push(segment_triangle(rec, rows, response, local, shared));
     }
     let unit: Vec<f64> = if shared == 1 {
@@ -97,7 +102,7 @@ pub fn over_record(
             None => error,
         };
         for (k, e) in error.into_iter().enumerate() {
-            let row = s.start + history + k;
+            let row = s.start + history_of(s) + k;
             out.rows.push(row);
             out.yhat.push(rec.y_at(row, 0) - e);
         }
@@ -154,7 +159,7 @@ fn predicted_error(
     model: &Model,
     rec: &Record,
     u: &[f64],
-    s: std::ops::Range<usize>,
+    s: Range<usize>,
     offset: f64,
     with_unit: bool,
 ) -> Response {
@@ -172,7 +177,7 @@ fn predicted_error(
 
 fn segment_triangle(
     rec: &Record,
-    rows: std::ops::Range<usize>,
+    rows: Range<usize>,
     r: &Response,
     local: usize,
     shared: usize,

@@ -220,6 +220,7 @@ fn summary<F: Family>(family: &F, best: &Minimum, rows: usize, share: f64) -> Re
         intervals: Vec::new(),
         plants: Vec::new(),
         sampled: None,
+        steps: Vec::new(),
     }
     .finite()
 }

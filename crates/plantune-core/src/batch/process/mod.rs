@@ -20,6 +20,7 @@ mod again;
 mod chain;
 mod code;
 mod information;
+mod irregular;
 mod lower;
 mod noise;
 mod problem;
@@ -107,6 +108,7 @@ fn located<'r, 'a>(
     limits: &'r Limits,
 ) -> Result<Located<'r, 'a>> {
     check(rec, codes, options, limits)?;
+    irregular::check(rec, codes, options.noise, limits)?;
     check_input_motion(rec, limits)?;
     let mut problem = Problem::new(rec, codes, options, limits)?;
     for (i, code) in codes.iter().enumerate() {
@@ -158,7 +160,7 @@ impl<'r, 'a> Problem<'r, 'a> {
         best: &Point,
     ) -> Option<Located<'r, 'a>> {
         let [code] = self.codes[..] else { return None };
-        if code.pair || code.lags < 2 {
+        if code.pair || code.lags < 2 || self.t.is_some() {
             return None;
         }
         let mut ln_T = best.x[..code.lags].to_vec();

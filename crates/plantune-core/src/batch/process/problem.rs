@@ -7,6 +7,7 @@ use super::super::fit::Status;
 use super::super::orders::too_short;
 use super::chain::{Chain, Drive, MOST};
 use super::code::Code;
+use super::irregular::{in_steps, within};
 use super::noise::Noise;
 use super::{ProcessOptions, RANK_TOLERANCE};
 use crate::error::Result;
@@ -38,6 +39,8 @@ pub(super) struct Problem<'r, 'a> {
     pub(super) scale_u: Vec<Scale>,
     pub(super) scale_y: Scale,
     pub(super) stretches: Vec<Stretch>,
+    /// Stamps in mean steps, where they are not uniform.
+    pub(super) t: Option<Vec<f64>>,
     /// Bounds of the delay, samples.
     pub(super) bounds: (f64, f64),
 }
@@ -49,12 +52,19 @@ pub(super) struct Stretch {
     pub(super) at_rest: bool,
     /// Moves of the input.
     pub(super) moves: usize,
+    /// Rows within the first `h` mean steps, for each `h`; none where each step has one.
+    pub(super) within: Vec<usize>,
 }
 
 impl Stretch {
-    /// First residual row when segments not at rest give `history` rows away.
+    /// Rows that a history of so many mean steps takes.
+    pub(super) fn given(&self, history: usize) -> usize {
+        self.within.get(history).or(self.within.last()).copied().unwrap_or(history)
+    }
+
+    /// First residual row when segments not at rest give `history` steps away.
     pub(super) fn first(&self, history: usize) -> usize {
-        if self.at_rest { self.rows.start } else { (self.rows.start + history).min(self.rows.end) }
+        if self.at_rest { self.rows.start } else { (self.rows.start + self.given(history)).min(self.rows.end) }
     }
 }
 
@@ -126,10 +136,12 @@ impl<'r, 'a> Problem<'r, 'a> {
         let bounds = options.L.map_or(default, |(low, high)| (low / rec.Ts, high / rec.Ts));
         let scaled = |(i, scale): (usize, &Scale)| rec.input(i).iter().map(|&x| scale.apply(x)).collect();
         let u: Vec<Vec<f64>> = scale_u.iter().enumerate().map(scaled).collect();
+        let t = in_steps(rec, limits);
         let rests = options.offset || !codes.iter().any(|c| c.integrating);
         let stretch = |rows: Range<usize>| {
             let moves = moves(&u, &rows);
-            Stretch { at_rest: rests && starts_at_rest(&u, &y, &rows, moves), moves, rows }
+            let within = t.as_deref().map_or_else(Vec::new, |t| within(&t[rows.clone()], bounds.1));
+            Stretch { at_rest: rests && starts_at_rest(&u, &y, &rows, moves), moves, rows, within }
         };
         // A noise model needs the errors of all rows before.
         let whole = options.noise == (0, 0) || rec.valid.is_none();
@@ -141,6 +153,7 @@ impl<'r, 'a> Problem<'r, 'a> {
         let problem = Problem {
             rec,
             stretches,
+            t: t.clone(),
             limits,
             codes: codes.to_vec(),
             noise: (0, 0),
@@ -168,7 +181,7 @@ impl<'r, 'a> Problem<'r, 'a> {
 
     /// Segments long enough to count when `history` rows are given away.
     pub(super) fn stretches(&self, history: usize) -> impl Iterator<Item = &Stretch> {
-        self.stretches.iter().filter(move |s| s.rows.len() > history + 2)
+        self.stretches.iter().filter(move |s| s.rows.len() > s.given(history) + 2)
     }
 
     /// Residual rows when each segment not at rest gives `history` rows away.
@@ -316,8 +329,9 @@ impl<'r, 'a> Problem<'r, 'a> {
     fn regressors(&self, s: &Stretch, history: usize, chains: &[Chain]) -> Vec<Vec<f64>> {
         let first = s.first(history) - s.rows.start;
         let len = s.rows.len() - first;
-        let (mut free, mut forced) = (Vec::new(), Vec::new());
-        for (chain, u) in chains.iter().zip(&self.u) {
+        let (mut free, mut forced) = self.lag_regressors(s, first, chains).unwrap_or_default();
+        let uniform = if self.t.is_none() { chains } else { &[] };
+        for (chain, u) in uniform.iter().zip(&self.u) {
             let drive = Drive { u: &u[s.rows.clone()], first, gain: 1.0 };
             for j in 0..chain.n() {
                 let mut column = vec![0.0; len];
@@ -357,6 +371,9 @@ impl<'r, 'a> Problem<'r, 'a> {
         x0: &[f64],
     ) -> Vec<Vec<f64>> {
         let first = s.first(history) - s.rows.start;
+        if let Some(slopes) = self.lag_derivatives(s, first, chains, linear, x0) {
+            return slopes;
+        }
         let len = s.rows.len() - first;
         let mut all = Vec::new();
         let (mut gains, mut states) = (linear.theta.as_slice(), x0);
@@ -415,7 +432,7 @@ impl<'r, 'a> Problem<'r, 'a> {
         };
         let (mut sum, mut count) = (0.0, 0);
         for (s, e) in self.stretches(point.history).zip(&errors).filter(|(s, _)| s.at_rest) {
-            let given = (0..point.history).filter(|k| self.rec.is_valid(s.rows.start + k, 0));
+            let given = (0..s.given(point.history).min(e.len())).filter(|k| self.rec.is_valid(s.rows.start + k, 0));
             for k in given {
                 sum += e[k] * e[k];
                 count += 1;
@@ -434,6 +451,7 @@ impl<'r, 'a> Problem<'r, 'a> {
             scale_u: self.scale_u.clone(),
             stretches: self.stretches.clone(),
             steps: self.steps.clone(),
+            t: self.t.clone(),
             ..*self
         }
     }

@@ -107,7 +107,7 @@ impl Problem<'_, '_> {
     /// Downhill with coordinate `j` held, other delays from cell to cell.
     fn held(&self, point: Point, j: usize, stop: Stop) -> Option<Point> {
         let mut best = self.descend(point, stop, Some(j))?;
-        for i in (0..self.codes.len()).filter(|&i| self.codes[i].kinked() && !self.codes[i].jumps()) {
+        for i in (0..self.codes.len()).filter(|&i| self.kinked(i) && !self.codes[i].jumps()) {
             let Some(k) = self.place_of_L(i).filter(|&k| k != j) else { continue };
             for _ in 0..8 {
                 let m = best.m[i];

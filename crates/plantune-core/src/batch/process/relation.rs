@@ -59,6 +59,12 @@ impl Problem<'_, '_> {
 
     /// Response of all plants to the scaled inputs, from zero.
     fn simulated(&self, plants: &[ProcessModel], s: &Stretch) -> Vec<f64> {
+        if self.t.is_some() {
+            let plant = &plants[0];
+            let p: Vec<f64> = plant.T.iter().chain([&plant.L]).map(|x| x / self.rec.Ts).collect();
+            let own = Stretch { at_rest: true, ..s.clone() };
+            return self.lag_response_of(&own, Code { delay: true, ..self.codes[0] }, &p);
+        }
         let mut sum = vec![0.0; s.rows.len()];
         for ((plant, u), scale) in plants.iter().zip(&self.u).zip(&self.scale_u) {
             let plant = ProcessModel { K: plant.K / scale.factor * self.scale_y.factor, ..plant.clone() };

@@ -75,7 +75,7 @@ impl Problem<'_, '_> {
         let f = L - m as f64;
         let mut cells = best.m.clone();
         match self.codes[i] {
-            code if code.kinked() => {
+            code if self.kinked(i) => {
                 // An output that jumps tells its delay to the sample: every point is at a bound.
                 let leaves = code.jumps() || if up { f >= 1.0 } else { f <= 0.0 };
                 let room = if up { m < *self.cells().end() } else { m > *self.cells().start() };
@@ -104,7 +104,7 @@ impl Problem<'_, '_> {
     /// Rows given away so that the delays have room to grow.
     fn room(&self, m: &[usize]) -> usize {
         let most = m.iter().max().copied().unwrap_or(0);
-        let smooth = self.codes.iter().any(|c| c.delay && !c.kinked());
+        let smooth = (0..self.codes.len()).any(|i| self.codes[i].delay && !self.kinked(i));
         let further = if smooth { 5 + most / 4 } else { 2 };
         (most + further).min(*self.cells().end()) + 1
     }
@@ -122,7 +122,7 @@ impl Problem<'_, '_> {
                 let cell = point.m[i] as f64;
                 bounds[j] = match code {
                     _ if code.jumps() => (cell, cell),
-                    _ if code.kinked() => (cell.max(self.bounds.0), (cell + 1.0).min(self.bounds.1)),
+                    _ if self.kinked(i) => (cell.max(self.bounds.0), (cell + 1.0).min(self.bounds.1)),
                     _ => (self.bounds.0, self.bounds.1.min(point.history as f64 - 1.0)),
                 };
                 bounds[j].1 = bounds[j].1.max(bounds[j].0);
@@ -139,7 +139,7 @@ impl Problem<'_, '_> {
             }
         }
         for (i, m) in self.cells_of(&point.x).into_iter().enumerate() {
-            if !self.codes[i].kinked() {
+            if !self.kinked(i) {
                 point.m[i] = m;
             }
         }

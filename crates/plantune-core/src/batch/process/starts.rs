@@ -5,8 +5,9 @@ use std::ops::Range;
 use super::super::fit::Status;
 use super::chain::{Chain, Drive};
 use super::code::Code;
-use super::problem::{Point, Problem};
+use super::problem::{Point, Problem, Stretch};
 use crate::linalg::dot;
+use crate::stats::centred;
 
 /// Time constants of the map.
 const TIMES: u32 = 14;
@@ -19,6 +20,9 @@ const STARTS: usize = 4;
 
 /// Starts of a first-order plant, whose map is its cost.
 const FIRST_ORDER: usize = 3;
+
+/// Delays of the map where stamps are not uniform.
+const DELAYS: usize = 40;
 
 /// A place of the map: squared correlation, shape and delay.
 type Place = (f64, Vec<f64>, usize);
@@ -57,6 +61,9 @@ impl Problem<'_, '_> {
     /// The best places of the correlation between y and the shaped, shifted input, as coordinates.
     fn places(&self, input: usize, most: usize) -> Vec<Vec<f64>> {
         let code = self.codes[input];
+        if self.t.is_some() {
+            return self.places_at_stamps(code, most);
+        }
         let cells = if code.delay { self.cells() } else { 0..=0 };
         let y = self.without_trend(self.y.clone());
         let (y, mut map) = (Sums::new(&y), Vec::new());
@@ -80,6 +87,29 @@ impl Problem<'_, '_> {
         let within = if code.jumps() { 0.0 } else { 0.5 };
         let with_delay = |(shape, m)| [shape, vec![m as f64 + within; usize::from(code.delay)]].concat();
         places.into_iter().map(with_delay).collect()
+    }
+
+    /// The same where a delay is no shift of rows: the response is taken at each.
+    fn places_at_stamps(&self, code: Code, most: usize) -> Vec<Vec<f64>> {
+        let y = self.without_trend(self.y.clone());
+        let whole = |s: &Stretch| s.rows.clone().collect::<Vec<usize>>();
+        let rows: Vec<usize> = self.stretches.iter().flat_map(whole).collect();
+        let y: Vec<f64> = rows.iter().map(|&k| y[k]).collect();
+        let (low, high) = if code.delay { self.bounds } else { (0.0, 0.0) };
+        let stride = ((high - low) / DELAYS as f64).max(1.0);
+        let delays: Vec<f64> = (0..=DELAYS).map(|i| low + 0.5 + i as f64 * stride).take_while(|L| *L < high + 1.0).collect();
+        let mut map = Vec::new();
+        for shape in self.shapes(code) {
+            for &L in &delays {
+                let p: Vec<f64> = shape.iter().map(|x| x.exp()).chain(code.delay.then_some(L)).collect();
+                let w = centred(self.lag_response(code, &p));
+                let (wy, ww) = (dot(&w, &centred(y.clone())), dot(&w, &w));
+                let point = [shape.clone(), vec![L.min(high); usize::from(code.delay)]].concat();
+                map.push((if ww > 0.0 { wy * wy / ww } else { 0.0 }, point));
+            }
+        }
+        map.sort_by(|a: &(f64, _), b| b.0.total_cmp(&a.0));
+        map.into_iter().map(|(_, point)| point).take(most).collect()
     }
 
     /// `ln T …, ln zeta` of a grid, in samples.

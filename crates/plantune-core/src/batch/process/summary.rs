@@ -245,7 +245,7 @@ impl Problem<'_, '_> {
             let own = self.own(i);
             let L = start + 1 + code.times();
             let delay = self.place_of_L(i).filter(|_| !code.pair && !code.jumps()).map(|j| (L, j, Ts));
-            let lag = (code.kinked() && !code.jumps() && code.lags == 1 && !code.integrating)
+            let lag = (self.kinked(i) && !code.jumps() && code.lags == 1 && !code.integrating)
                 .then(|| (start + 1, own.start, theta[start + 1]));
             if code.delay && code.jumps() {
                 // Known to the sample in which the jump is seen.
