@@ -150,9 +150,10 @@ class NoiseReport:
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
+        sizes = {"mean": self.mean, "rms": self.rms, "sd": self.var**0.5}
+        listed = ", ".join(f"{name} {number(x)}{unit}" for name, x in sizes.items())
         lines = [
-            f"Noise of {self.signal}: mean {number(self.mean)}{unit}, rms {number(self.rms)}{unit}, "
-            f"sd {number(self.var**0.5)}{unit}, SNR {number(self.snr)} dB, {self.N} rows",
+            f"Noise of {self.signal}: {listed}, SNR {number(self.snr)} dB, {self.N} rows",
             *table([("part", "mean", "rms", "var", "SNR"), *map(_row, self.parts)]),
         ]
         lines += [f"  advice: {line}" for line in self.advice]
