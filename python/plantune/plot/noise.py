@@ -27,7 +27,7 @@ def noise(report: NoiseReport) -> go.Figure:
     >>> e = np.random.default_rng(1).normal(size=400)
     >>> fig = noise(pt.analyze.noise(pt.Record(u=np.zeros(400), y=20 + e, Ts=0.1)))
     >>> fig.layout.title.text, fig.layout.xaxis2.title.text
-    ('Noise of y: sd 0.97', 'lag [rows]')
+    ('Noise of y: sd 0.91', 'lag [rows]')
     """
     name, bins = inert(report.signal), report.histogram
     unit = f" {inert(report.unit, 12)}" if report.unit else ""
