@@ -84,9 +84,7 @@ fn of_input(rec: &Record, i: usize, memory: Option<f64>, limits: &Limits) -> Exc
     let (low, high) = extent(&u);
     let still = high - low <= limits.X01 * low.abs().max(high.abs());
     let runs: Vec<Range<usize>> = rec.segments().collect();
-    let moved = |k: &usize| (u[*k] - u[k - 1]).abs() > MOVE * (high - low);
-    let per_run: Vec<Vec<usize>> =
-        runs.iter().map(|run| (run.start + 1..run.end).filter(moved).collect()).collect();
+    let per_run = moves(&u, &runs, high - low);
     let (order, (w, P)) = if still {
         (0, (vec![], vec![]))
     } else {
@@ -109,6 +107,20 @@ fn of_input(rec: &Record, i: usize, memory: Option<f64>, limits: &Limits) -> Exc
     out.notes = notes(&out, rec, i, limits);
     out.advice = advice(&out, memory);
     out
+}
+
+/// Median rows from one move of input `i` to the next; the whole segment where there is none.
+pub(super) fn usual_hold(rec: &Record, i: usize) -> f64 {
+    let u = rec.input(i);
+    let (low, high) = extent(&u);
+    let runs: Vec<Range<usize>> = rec.segments().collect();
+    holds(&runs, &moves(&u, &runs, high - low), 1.0).0
+}
+
+/// Rows of each run at which the input changes.
+fn moves(u: &[f64], runs: &[Range<usize>], travel: f64) -> Vec<Vec<usize>> {
+    let moved = |k: &usize| (u[*k] - u[k - 1]).abs() > MOVE * travel;
+    runs.iter().map(|run| (run.start + 1..run.end).filter(moved).collect()).collect()
 }
 
 fn crest(u: &[f64]) -> f64 {
@@ -208,7 +220,7 @@ fn advice(of: &Excitation, memory: Option<f64>) -> Vec<String> {
             rounded(memory)
         )
     }));
-    if of.w.first().is_some() && of.band.0 > 3.0 / memory {
+    if !of.w.is_empty() && of.band.0 > 3.0 / memory {
         said.push(format!(
             "its power lies above {} rad/s, beyond the plant's corner: add slower moves",
             rounded(of.band.0)

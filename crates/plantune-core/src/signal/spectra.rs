@@ -217,7 +217,8 @@ mod tests {
         for N in [2, 3, 50, 51, 128] {
             let x = white(N, 7);
             let way = Stretched { n: N, step: N, window: Window::Rectangular };
-            let S = welch(&[x.clone()], &[0..N], way, 0.2).expect("one stretch");
+            let S = welch(std::slice::from_ref(&x), std::slice::from_ref(&(0..N)), way, 0.2)
+                .expect("one stretch");
             let sum: f64 = S.density(0).iter().map(|P| P * TAU / (N as f64 * 0.2)).sum();
             assert!((sum * N as f64 / dot(&x, &x) - 1.0).abs() < 1e-13, "{N}");
         }
@@ -234,13 +235,14 @@ mod tests {
     fn three_ways_agree_on_a_delay() {
         let u = white(4000, 1);
         let y: Vec<f64> = (0..4000usize).map(|k| k.checked_sub(3).map_or(0.0, |k| 2.0 * u[k])).collect();
-        let signals = [u, y];
+        let (signals, run) = ([u, y], 0..4000);
+        let runs = std::slice::from_ref(&run);
         let way = Stretched { n: 128, step: 64, window: Window::Hann };
         let grid = vec![0.3, 1.0, 2.5];
         let spectra = [
-            welch(&signals, &[0..4000], way, 1.0).expect("long enough"),
-            smoothed(&signals, &(0..4000), 40, 1.0),
-            blackman_tukey(&signals, &[0..4000], 60, grid.clone(), 1.0),
+            welch(&signals, runs, way, 1.0).expect("long enough"),
+            smoothed(&signals, &run, 40, 1.0),
+            blackman_tukey(&signals, runs, 60, grid.clone(), 1.0),
         ];
         for S in &spectra {
             for w in &grid {

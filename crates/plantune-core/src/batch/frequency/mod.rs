@@ -58,17 +58,20 @@ struct Points {
     Ts: Option<f64>,
 }
 
+/// A response at every point, and its derivatives with respect to each parameter.
+type Linear = (Vec<Complex<f64>>, Vec<Vec<Complex<f64>>>);
+
 /// A family of models with a parameter vector of its own.
 trait Family {
     /// Response at every point and its derivative with respect to each parameter; None where there is no model.
-    fn response(&self, x: &[f64]) -> Option<(Vec<Complex<f64>>, Vec<Vec<Complex<f64>>>)>;
+    fn response(&self, x: &[f64]) -> Option<Linear>;
     /// Brings `x` to where a model is allowed.
     fn project(&self, x: &mut [f64]);
     /// Places to search from, best first.
     fn starts(&self) -> Vec<Vec<f64>>;
     /// The model, its parameters by name, and their derivatives with respect to `x`, a row each.
     fn named(&self, x: &[f64]) -> (Model, Vec<(String, f64)>, Vec<Vec<f64>>);
-    /// Parameters that no point tells (`L` of a code without `D`).
+    /// What it is fitted to.
     fn points(&self) -> &Points;
 }
 
