@@ -58,6 +58,14 @@ def test_smoothed_etfe_is_the_oracles(half):
     assert_allclose(fr.radius[:, 0, 0], oracle.radius(G, g2, ratio), rtol=1e-6)
 
 
+def test_wide_means_are_taken_an_eighth_of_their_width_apart():
+    rec = measured(1001)
+    fr = pt.analyze.etfe(rec, half=40)
+    w, G, *_ = oracle.smoothed(*columns(rec), 1.0, 40)
+    assert_allclose(fr.w, w[::5])
+    assert_allclose(fr.G[:, 0, 0], G[::5], rtol=1e-8)
+
+
 def test_welch_is_the_oracles_and_scipys():
     rec = measured()
     u, y = (x - x.mean() for x in columns(rec))
@@ -102,7 +110,7 @@ def test_each_way_comes_near_the_plant(way):
 
 
 def test_auto_goes_by_the_memory_of_the_plant():
-    """T + L is 6 rows: stretches of 128 from 960 rows on, lines below."""
+    """T + L is 6 rows: stretches of 128 from 1024 rows on, lines below."""
     assert "stretches of 128 rows" in pt.analyze.spa(measured(2000)).method
     assert "ETFE smoothed" in pt.analyze.spa(measured(600)).method
     assert "stretches of 256 rows" in pt.analyze.spa(measured(4000), memory=10.0).method
