@@ -206,7 +206,10 @@ fn advice(of: &Excitation, memory: Option<f64>) -> Vec<String> {
     }
     let Some(memory) = memory else { return said };
     let (hold, wish) = (of.hold.0, format!("{} to {} s", rounded(0.8 * memory), rounded(1.6 * memory)));
-    let clock = if hold < FAST * memory {
+    // An input of many values, such as a controller's, has no clock: there the band below must do.
+    let clock = if of.levels.is_empty() {
+        None
+    } else if hold < FAST * memory {
         Some("faster than the plant answers: that starves the gain")
     } else if hold > SLOW * memory && of.moves >= FEW_MOVES {
         Some("slower than it must: that starves lag and delay")
