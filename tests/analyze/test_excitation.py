@@ -86,6 +86,12 @@ def test_moves_are_not_counted_across_segments():
     assert of(u).moves == 1
 
 
+@pytest.mark.parametrize("N", [2, 3, 5, 12])
+def test_a_handful_of_rows_is_described(N):
+    found = of(np.arange(N) % 2)
+    assert found.moves == N - 1 and found.order <= N // 2
+
+
 def test_inputs_are_found_by_name():
     u = np.column_stack([oracle.prbs(7), np.arange(127) % 2])
     report = pt.analyze.excitation(

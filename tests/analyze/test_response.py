@@ -207,6 +207,19 @@ def test_what_cannot_be_analysed_is_refused():
         pt.analyze.coherence(rec, method="etfe")
 
 
+@pytest.mark.parametrize("N", [16, 20, 40])
+def test_short_records_have_a_response_or_a_reason(N):
+    rec = measured(N, hold=1)
+    for way in ({}, {"method": "welch"}, {"method": "bt"}):
+        try:
+            fr = pt.analyze.spa(rec, **way)
+        except pt.NotIdentifiable as refusal:
+            assert refusal.code in ("X01", "X03")
+        else:
+            assert np.isfinite(fr.G).all() and (fr.radius > 0).all()
+    assert pt.analyze.etfe(rec).n == N // 2
+
+
 def test_no_relation_is_said_and_shown():
     rng = np.random.default_rng(3)
     rec = pt.Record(u=held(2000, 3, 1), y=rng.normal(size=2000), Ts=1.0)

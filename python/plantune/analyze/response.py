@@ -106,8 +106,9 @@ def spa(
     -----
     The discs hold their 95 % as long as the window is wide against the plant's memory; what they
     miss is bias.  Where no `memory` is given, it is that of the plant or 0.8 of the time between
-    moves of the input, whichever is longer.  In closed loop a disturbance goes round through the controller, and what is
-    estimated lies between the plant and `-1/C`.  Bendat and Piersol 2010, (9.94); Ljung 1999, 6.4.
+    moves of the input, whichever is longer.  In closed loop a disturbance goes round through the
+    controller, and what is estimated lies between the plant and `-1/C`.  Bendat and Piersol 2010,
+    (9.94); Ljung 1999, 6.4.
 
     Examples
     --------

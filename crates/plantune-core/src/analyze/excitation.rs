@@ -85,11 +85,8 @@ fn of_input(rec: &Record, i: usize, memory: Option<f64>, limits: &Limits) -> Exc
     let still = high - low <= limits.X01 * low.abs().max(high.abs());
     let runs: Vec<Range<usize>> = rec.segments().collect();
     let per_run = moves(&u, &runs, high - low);
-    let (order, (w, P)) = if still {
-        (0, (vec![], vec![]))
-    } else {
-        (excitation_order(rec, i, MOST_ORDER, limits.X02), spectrum(rec, i))
-    };
+    let (order, (w, P)) =
+        if still { (0, (vec![], vec![])) } else { (order(rec, i, &runs, limits), spectrum(rec, i)) };
     let mut out = Excitation {
         name: rec.input_name(i).to_owned(),
         order,
@@ -107,6 +104,12 @@ fn of_input(rec: &Record, i: usize, memory: Option<f64>, limits: &Limits) -> Exc
     out.notes = notes(&out, rec, i, limits);
     out.advice = advice(&out, memory);
     out
+}
+
+/// Of the longest run two rows per column at least.
+fn order(rec: &Record, i: usize, runs: &[Range<usize>], limits: &Limits) -> usize {
+    let most = MOST_ORDER.min(longest(runs).len().saturating_sub(1) / 2);
+    if most == 0 { 0 } else { excitation_order(rec, i, most, limits.X02) }
 }
 
 /// Median rows from one move of input `i` to the next; the whole segment where there is none.

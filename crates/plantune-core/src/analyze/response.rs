@@ -373,7 +373,7 @@ impl Plan {
             Way::BlackmanTukey { M } => {
                 let found = clocked(rec, limits);
                 let usual = known.or(found).map_or(N / 10, |(rows, _)| (LAGS * rows) as usize);
-                let M = M.unwrap_or_else(|| usual.clamp(8, long / 4));
+                let M = M.unwrap_or_else(|| usual.clamp(8.min(long / 4), long / 4));
                 if !(4..long / 2).contains(&M) {
                     return Err(Error::argument("M", M, &format!("from 4 to {}: half the record", long / 2)));
                 }
