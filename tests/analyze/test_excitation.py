@@ -73,10 +73,23 @@ def test_advice_compares_the_clock_with_the_plant():
     assert said["right"] == ""
 
 
+def test_the_output_of_a_controller_has_no_clock():
+    """It changes in every row, but its power lies where the plant answers."""
+    rec = pt.datasets.engine_loop(noise_var=1.5)
+    (found,) = pt.analyze.excitation(rec).inputs
+    assert found.levels == () and found.hold == rec.Ts and found.advice == ()
+
+
 def test_moves_are_not_counted_across_segments():
     u = np.concatenate([np.zeros(50), np.ones(50)])
     assert of(u, starts=[0, 50]).moves == 0
     assert of(u).moves == 1
+
+
+@pytest.mark.parametrize("N", [2, 3, 5, 12])
+def test_a_handful_of_rows_is_described(N):
+    found = of(np.arange(N) % 2)
+    assert found.moves == N - 1 and found.order <= N // 2
 
 
 def test_inputs_are_found_by_name():

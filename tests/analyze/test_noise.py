@@ -161,6 +161,8 @@ def test_what_cannot_be_analysed_is_refused():
         pt.analyze.noise(at_rest(np.full(100, 3.0)))
     with pytest.raises(pt.NotIdentifiable, match="X03"):
         pt.analyze.noise(at_rest(coloured(12, 0.0, 1)))
+    with pytest.raises(pt.NotIdentifiable, match="X03"):
+        pt.analyze.noise(at_rest(coloured(40, 0.0, 1), starts=range(0, 40, 4)))
     rec = at_rest(coloured(100, 0.0, 1))
     for wrong in ({"signal": "z"}, {"parts": 1}, {"parts": 50}, {"lags": 0}, {"lags": 100}):
         with pytest.raises(pt.UsageError, match="U01"):

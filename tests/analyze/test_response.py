@@ -58,6 +58,14 @@ def test_smoothed_etfe_is_the_oracles(half):
     assert_allclose(fr.radius[:, 0, 0], oracle.radius(G, g2, ratio), rtol=1e-6)
 
 
+def test_wide_means_are_taken_an_eighth_of_their_width_apart():
+    rec = measured(1001)
+    fr = pt.analyze.etfe(rec, half=40)
+    w, G, *_ = oracle.smoothed(*columns(rec), 1.0, 40)
+    assert_allclose(fr.w, w[::5])
+    assert_allclose(fr.G[:, 0, 0], G[::5], rtol=1e-8)
+
+
 def test_welch_is_the_oracles_and_scipys():
     rec = measured()
     u, y = (x - x.mean() for x in columns(rec))
@@ -102,7 +110,7 @@ def test_each_way_comes_near_the_plant(way):
 
 
 def test_auto_goes_by_the_memory_of_the_plant():
-    """T + L is 6 rows: stretches of 128 from 960 rows on, lines below."""
+    """T + L is 6 rows: stretches of 128 from 1024 rows on, lines below."""
     assert "stretches of 128 rows" in pt.analyze.spa(measured(2000)).method
     assert "ETFE smoothed" in pt.analyze.spa(measured(600)).method
     assert "stretches of 256 rows" in pt.analyze.spa(measured(4000), memory=10.0).method
@@ -197,6 +205,19 @@ def test_what_cannot_be_analysed_is_refused():
         pt.analyze.etfe(rec, half=80)
     with pytest.raises(pt.UsageError, match="method"):
         pt.analyze.coherence(rec, method="etfe")
+
+
+@pytest.mark.parametrize("N", [16, 20, 40])
+def test_short_records_have_a_response_or_a_reason(N):
+    rec = measured(N, hold=1)
+    for way in ({}, {"method": "welch"}, {"method": "bt"}):
+        try:
+            fr = pt.analyze.spa(rec, **way)
+        except pt.NotIdentifiable as refusal:
+            assert refusal.code in ("X01", "X03")
+        else:
+            assert np.isfinite(fr.G).all() and (fr.radius > 0).all()
+    assert pt.analyze.etfe(rec).n == N // 2
 
 
 def test_no_relation_is_said_and_shown():

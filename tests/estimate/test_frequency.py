@@ -115,7 +115,7 @@ def test_scaling_and_shifting():
     assert_allclose(slower.theta, one.theta * [1, 60, 60], rtol=1e-5)
     later = FR(w=fr.w, G=fr.G[:, 0, 0] * np.exp(-1.1j * fr.w), sd=fr.sd)
     shifted = pt.estimate.frequency(later, "P1D")
-    assert_allclose(shifted.theta, one.theta + [0, 0, 1.1], rtol=1e-4)
+    assert_allclose(shifted.theta, one.theta + np.array([0, 0, 1.1]), rtol=1e-4)
 
 
 def test_points_that_are_not_coherent_do_not_count():

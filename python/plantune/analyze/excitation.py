@@ -39,6 +39,13 @@ class InputExcitation:
         What follows.
     notes : tuple of Note
         Doubts.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> one = pt.analyze.excitation(pt.datasets.hair_dryer())["power"]
+    >>> one.moves, one.hold, [round(level, 2) for level, _ in one.levels]
+    (190, 0.32, [3.41, 6.41])
     """
 
     name: str
@@ -87,7 +94,8 @@ class Excitation:
     --------
     >>> import plantune as pt
     >>> print(pt.analyze.excitation(pt.datasets.hair_dryer()))
-    power: supports at least 20 parameters
+    power: supports at least 20 parameters; 190 moves, 2 levels, held 0.32 s (longest 1.76 s)
+      crest factor 1.06, 90 % of the power from 0.471 to 30.9 rad/s
     """
 
     inputs: tuple[InputExcitation, ...]

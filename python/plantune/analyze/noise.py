@@ -112,13 +112,13 @@ class NoiseReport:
     Examples
     --------
     >>> import numpy as np, plantune as pt
-    >>> e = np.random.default_rng(1).normal(size=1000)
+    >>> e = np.random.default_rng(4).normal(size=1000)
     >>> rec = pt.Record(u=np.zeros(1000), y=20 + e, Ts=0.1)
     >>> print(pt.analyze.noise(rec))
-    Noise of y: mean 19.96, rms 19.98, sd 0.9987, SNR 26.02 dB, 1000 rows
-    part        mean     rms     var    SNR
-    0 to 499   19.94   19.97  0.9793  26.10
-    500 to 999 19.97   19.99   1.015  25.96
+    Noise of y: mean 19.99, rms 20.02, sd 1.015, SNR 25.9 dB, 1000 rows
+    part         mean    rms    var    SNR
+    0 to 499    20.00  20.03  1.017  25.96
+    500 to 999  19.98  20.00  1.043  25.84
       advice: white: an output-error or process model with white noise holds
     """
 
@@ -150,9 +150,10 @@ class NoiseReport:
 
     def __str__(self) -> str:
         unit = f" {self.unit}" if self.unit else ""
+        sizes = {"mean": self.mean, "rms": self.rms, "sd": self.var**0.5}
+        listed = ", ".join(f"{name} {number(x)}{unit}" for name, x in sizes.items())
         lines = [
-            f"Noise of {self.signal}: mean {number(self.mean)}{unit}, rms {number(self.rms)}{unit}, "
-            f"sd {number(self.var**0.5)}{unit}, SNR {number(self.snr)} dB, {self.N} rows",
+            f"Noise of {self.signal}: {listed}, SNR {number(self.snr)} dB, {self.N} rows",
             *table([("part", "mean", "rms", "var", "SNR"), *map(_row, self.parts)]),
         ]
         lines += [f"  advice: {line}" for line in self.advice]
@@ -219,16 +220,13 @@ def noise(
     >>> rec = pt.datasets.engine_loop(noise_var=1.5).between(0.0, 0.9)
     >>> report = noise(rec)
     >>> report.signal, report.N, report.parseval < 1e-12
-    ('y', 45, True)
+    ('output', 45, True)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     name, column = column_of(rec, signal)
     d = dict(_core.noise(rec, column, parts, lags, (n, overlap, window), limits))
     N, mean, rms, var, snr = d.pop("moments")
     bins = {key: d.pop(key) for key in ("edges", "centres", "counts", "density", "normal", "rule")}
-    spectra = {
-        key: spectrum_from_core(d.pop(key), name, rec.source) for key in ("periodogram", "spectrum")
-    }
     return NoiseReport(
         signal=name,
         unit=rec.units.get(name, ""),
@@ -240,11 +238,12 @@ def noise(
         histogram=Histogram(**{**bins, "counts": np.array(bins["counts"])}),
         lags=np.arange(len(d["R"])),
         R_band=d.pop("band"),
+        periodogram=spectrum_from_core(d.pop("periodogram"), name, rec.source),
+        spectrum=spectrum_from_core(d.pop("spectrum"), name, rec.source),
         parts=tuple(map(_part, d.pop("parts"))),
         advice=tuple(d.pop("advice")),
         notes=(*notes_from_core(d.pop("notes")), *limits.changes()),
         source=rec.source,
-        **spectra,
         **d,
     )
 

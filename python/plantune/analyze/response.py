@@ -56,7 +56,7 @@ def etfe(
     >>> fr = etfe(pt.datasets.hair_dryer())
     >>> print(fr)
     Frequency response: 500 frequencies from 0.07854 to 39.27 rad/s, sampled, Ts 0.08 s
-      ETFE smoothed over 11 lines, Hann weights
+      ETFE smoothed over 13 lines, Hann weights
     """
     return _response(rec, _way("lines", half=half), memory, limits)
 
@@ -105,15 +105,17 @@ def spa(
     Notes
     -----
     The discs hold their 95 % as long as the window is wide against the plant's memory; what they
-    miss is bias.  In closed loop a disturbance goes round through the controller, and what is
-    estimated lies between the plant and `-1/C`.  Bendat and Piersol 2010, (9.94); Ljung 1999, 6.4.
+    miss is bias.  Where no `memory` is given, it is that of the plant or 0.8 of the time between
+    moves of the input, whichever is longer.  In closed loop a disturbance goes round through the
+    controller, and what is estimated lies between the plant and `-1/C`.  Bendat and Piersol 2010,
+    (9.94); Ljung 1999, 6.4.
 
     Examples
     --------
     >>> import plantune as pt
     >>> fr = spa(pt.datasets.hair_dryer(), method="welch", n=128)
     >>> fr.n, int(fr.coherent.sum())
-    (64, 27)
+    (64, 41)
     """
     return _response(rec, _spa_way(method, n, overlap, window, M), memory, limits)
 
@@ -145,10 +147,8 @@ class Coherence:
     --------
     >>> import plantune as pt
     >>> print(pt.analyze.coherence(pt.datasets.hair_dryer(), n=128))
-    Coherence: above one half at 27 of 64 frequencies, from 0.9817 to 39.27 rad/s
+    Coherence: above one half at 41 of 64 frequencies, from 0.6136 to 39.27 rad/s
       Welch: 14 stretches of 128 rows, Hann window, 50 % overlap
-      X04 the coherence is below one half at 58 % of the frequencies - look at what is left; a \
-faster or larger input, or a longer record, shows more
     """
 
     w: Floats
@@ -209,7 +209,7 @@ def coherence(
     >>> import plantune as pt
     >>> found = coherence(pt.datasets.hair_dryer(), n=128)
     >>> bool(found.value[0] > 0.9), bool(found.value[-1] < 0.5), round(found.limit, 2)
-    (True, True, 0.21)
+    (True, True, 0.22)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     d = _core.coherence(rec, _spa_way(method, n, overlap, window, M), memory, limits)

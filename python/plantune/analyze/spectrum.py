@@ -39,7 +39,7 @@ class Spectrum:
     --------
     >>> import plantune as pt
     >>> print(pt.analyze.spectrum(pt.datasets.hair_dryer(), "power"))
-    Spectrum of power: 14 stretches of 128 rows, 65 frequencies up to 39.27 rad/s
+    Spectrum of power: 30 stretches of 64 rows, 33 frequencies up to 39.27 rad/s
     """
 
     signal: str

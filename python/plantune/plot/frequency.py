@@ -90,7 +90,10 @@ def frequency(
     )
     magnitude_title = axis("magnitude", names.gain_unit)
     fig.update_yaxes(title_text=magnitude_title, type="log", **DECADES, row=1, col=1)
-    fig.update_yaxes(title_text=axis("phase", "°"), dtick=90, row=2, col=1)
+    spans = [trace.y for trace in fig.data if trace.yaxis == "y2" and trace.name != "measured"]
+    turns = max((float(np.nanmax(y) - np.nanmin(y)) for y in spans), default=0.0)
+    dtick = 90 if turns < 540 else 180
+    fig.update_yaxes(title_text=axis("phase", "°"), dtick=dtick, row=2, col=1)
     return fig
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import plotly.graph_objects as go
 
 from plantune.analyze import NoiseReport
-from plantune.plot.style import BAND, MEASURED, MODEL, axis, figure, inert, line, record_name
+from plantune.plot.style import MEASURED, MODEL, axis, band, figure, inert, line, record_name
 from plantune.text import number
 
 
@@ -27,11 +27,12 @@ def noise(report: NoiseReport) -> go.Figure:
     >>> e = np.random.default_rng(1).normal(size=400)
     >>> fig = noise(pt.analyze.noise(pt.Record(u=np.zeros(400), y=20 + e, Ts=0.1)))
     >>> fig.layout.title.text, fig.layout.xaxis2.title.text
-    ('Noise of y: SNR 26 dB', 'lag [rows]')
+    ('Noise of y: sd 0.91', 'lag [rows]')
     """
     name, bins = inert(report.signal), report.histogram
+    unit = f" {inert(report.unit, 12)}" if report.unit else ""
     fig = figure(
-        f"Noise of {name}: SNR {number(report.snr, 3)} dB",
+        f"Noise of {name}: sd {number(report.var**0.5, 3)}{unit}",
         f"{record_name(report.source)}: {report.N} rows; bins by {bins.rule}",
         [230, 200],
         gap=84,
@@ -51,9 +52,9 @@ def noise(report: NoiseReport) -> go.Figure:
         ),
         row=2, col=1,
     )  # fmt: skip
-    fig.add_hrect(
-        -report.R_band, report.R_band, fillcolor=BAND, line_width=0, layer="below", row=2, col=1
-    )
+    ends = [0.5, len(report.R) - 0.5]
+    edge = [report.R_band, report.R_band]
+    band(fig, ends, [-report.R_band, -report.R_band], edge, "95 % of white noise", row=2)
     fig.update_layout(bargap=0.25)
     fig.update_xaxes(title_text=axis(report.signal, report.unit), row=1, col=1)
     fig.update_yaxes(title_text=axis("density", f"1/{report.unit}" if report.unit else ""), row=1)

@@ -60,5 +60,6 @@ def spectrum(found: Spectrum | NoiseReport, of: Record | None = None) -> go.Figu
     line(fig, smooth.w[1:], smooth.P[1:], "density", MODEL)
     fig.update_xaxes(type="log", title_text=axis("frequency", f"rad/{names.time_unit}"), **DECADES)
     density = f"{unit}²·{names.time_unit}/rad" if unit else ""
-    fig.update_yaxes(type="log", title_text=axis("density", density, 30), exponentformat="power")
+    ticks = {"dtick": 1} if smooth.high[1:].max() > 300 * smooth.low[1:].min() else DECADES
+    fig.update_yaxes(type="log", title_text=axis("density", density, 30), **ticks)
     return fig

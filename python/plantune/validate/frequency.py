@@ -40,10 +40,11 @@ class FrequencyVerdict:
     --------
     >>> import plantune as pt
     >>> rec = pt.datasets.hair_dryer()
-    >>> fr = pt.analyze.spa(rec, n=128)
-    >>> for code in ("P1D", "P2D"):
-    ...     print(pt.validate.frequency(fr, pt.estimate.process(rec, code)))
-    P1D: lies in the discs
+    >>> fr = pt.analyze.spa(rec)
+    >>> print(pt.validate.frequency(fr, pt.estimate.process(rec, "P2D")))
+    P2D: passes, 285 of 319 frequencies in the 95 % discs, worst 1.62 radii at 23.88 rad/s
+    >>> bool(pt.validate.frequency(fr, pt.estimate.process(rec, "P1D")))
+    False
     """
 
     name: str

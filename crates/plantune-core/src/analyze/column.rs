@@ -30,8 +30,9 @@ impl Column {
         let x =
             if column < rec.nu { rec.input(column) } else { rec.output_held(column - rec.nu) }.into_owned();
         let it = Column { x, runs, name: rec.names[column].clone(), Ts: rec.Ts };
-        if it.N() < FEWEST {
-            return Err(short(&it.name, it.N(), FEWEST));
+        let longest = it.runs.iter().map(Range::len).max().unwrap_or(0);
+        if it.N() < FEWEST || longest < FEWEST / 2 {
+            return Err(short(&it.name, longest, FEWEST));
         }
         let (low, high) = extent(&it.counted());
         if low < high {

@@ -84,14 +84,9 @@ fn of_input(rec: &Record, i: usize, memory: Option<f64>, limits: &Limits) -> Exc
     let (low, high) = extent(&u);
     let still = high - low <= limits.X01 * low.abs().max(high.abs());
     let runs: Vec<Range<usize>> = rec.segments().collect();
-    let moved = |k: &usize| (u[*k] - u[k - 1]).abs() > MOVE * (high - low);
-    let per_run: Vec<Vec<usize>> =
-        runs.iter().map(|run| (run.start + 1..run.end).filter(moved).collect()).collect();
-    let (order, (w, P)) = if still {
-        (0, (vec![], vec![]))
-    } else {
-        (excitation_order(rec, i, MOST_ORDER, limits.X02), spectrum(rec, i))
-    };
+    let per_run = moves(&u, &runs, high - low);
+    let (order, (w, P)) =
+        if still { (0, (vec![], vec![])) } else { (order(rec, i, &runs, limits), spectrum(rec, i)) };
     let mut out = Excitation {
         name: rec.input_name(i).to_owned(),
         order,
@@ -109,6 +104,26 @@ fn of_input(rec: &Record, i: usize, memory: Option<f64>, limits: &Limits) -> Exc
     out.notes = notes(&out, rec, i, limits);
     out.advice = advice(&out, memory);
     out
+}
+
+/// Of the longest run two rows per column at least.
+fn order(rec: &Record, i: usize, runs: &[Range<usize>], limits: &Limits) -> usize {
+    let most = MOST_ORDER.min(longest(runs).len().saturating_sub(1) / 2);
+    if most == 0 { 0 } else { excitation_order(rec, i, most, limits.X02) }
+}
+
+/// Median rows from one move of input `i` to the next; the whole segment where there is none.
+pub(super) fn usual_hold(rec: &Record, i: usize) -> f64 {
+    let u = rec.input(i);
+    let (low, high) = extent(&u);
+    let runs: Vec<Range<usize>> = rec.segments().collect();
+    holds(&runs, &moves(&u, &runs, high - low), 1.0).0
+}
+
+/// Rows of each run at which the input changes.
+fn moves(u: &[f64], runs: &[Range<usize>], travel: f64) -> Vec<Vec<usize>> {
+    let moved = |k: &usize| (u[*k] - u[k - 1]).abs() > MOVE * travel;
+    runs.iter().map(|run| (run.start + 1..run.end).filter(moved).collect()).collect()
 }
 
 fn crest(u: &[f64]) -> f64 {
@@ -194,7 +209,10 @@ fn advice(of: &Excitation, memory: Option<f64>) -> Vec<String> {
     }
     let Some(memory) = memory else { return said };
     let (hold, wish) = (of.hold.0, format!("{} to {} s", rounded(0.8 * memory), rounded(1.6 * memory)));
-    let clock = if hold < FAST * memory {
+    // An input of many values, such as a controller's, has no clock: there the band below must do.
+    let clock = if of.levels.is_empty() {
+        None
+    } else if hold < FAST * memory {
         Some("faster than the plant answers: that starves the gain")
     } else if hold > SLOW * memory && of.moves >= FEW_MOVES {
         Some("slower than it must: that starves lag and delay")
@@ -208,7 +226,7 @@ fn advice(of: &Excitation, memory: Option<f64>) -> Vec<String> {
             rounded(memory)
         )
     }));
-    if of.w.first().is_some() && of.band.0 > 3.0 / memory {
+    if !of.w.is_empty() && of.band.0 > 3.0 / memory {
         said.push(format!(
             "its power lies above {} rad/s, beyond the plant's corner: add slower moves",
             rounded(of.band.0)

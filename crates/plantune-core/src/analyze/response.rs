@@ -10,8 +10,10 @@
 //! `q` inputs, `nu` degrees of freedom (2 over the variance ratio of the averaging, [`crate::signal::Spectra`]); the first
 //! is `2 q/(nu - 2 q) F(2, nu - 2 q)` in closed form. The discs hold what they promise as long as the window is wide
 //! against the plant's memory; what they miss is bias: with stretches of 20 (T + L) they hold 0.95, of 10 (T + L) 0.84
-//! on a slow input. So the default goes by [`reach`]: stretches of at least 20 (T + L), where the record has eight of
-//! them, and else lines of the whole record averaged over their neighbours. Bendat and Piersol 2010, (9.94); Ljung
+//! on a slow input. An input whose moves lie further apart than `T + L` has a spectrum as ragged as its clock is slow, and
+//! asks for windows as long. So the default goes by the longer of [`reach`] and 0.8 of the time between moves: Welch's
+//! stretches of at least 20 times that, where the record has eight of them, and else lines of the whole record averaged
+//! over their neighbours. Bendat and Piersol 2010, (9.94); Ljung
 //! 1999, 6.4; Welch 1967.
 
 use std::f64::consts::PI;
@@ -19,6 +21,7 @@ use std::ops::Range;
 
 use super::column::{short, without_means};
 use super::density::{DensityOptions, longest, usual_stretch};
+use super::excitation::usual_hold;
 use super::reach;
 use crate::error::{Error, Result};
 use crate::excitation::check_input_motion;
@@ -34,8 +37,8 @@ use crate::stats::normal_quantile;
 const STRETCH: f64 = 20.0;
 const LAGS: f64 = 18.0;
 
-/// Stretches of a record of Welch's way.
-const STRETCHES: usize = 8;
+/// Share of the time between moves that a window must be as long against as against the plant's memory.
+const CLOCK: f64 = 0.8;
 
 /// Power of an input against its largest below which a line holds rounding only.
 const DARK: f64 = 1e-20;
@@ -342,7 +345,7 @@ impl Plan {
         limits: &Limits,
     ) -> Result<Self> {
         let known = memory.map(|seconds| (seconds / rec.Ts, 0));
-        let memory = || known.or_else(|| reach(rec, limits));
+        let memory = || known.or_else(|| clocked(rec, limits));
         let name = &rec.names[rec.nu];
         Ok(match way {
             Way::Lines { half: Some(half) } if 2 * half + 1 > long / 2 => {
@@ -360,17 +363,17 @@ impl Plan {
             }
             Way::Welch(options) => Plan::Welch(options.stretched(stretch(N, long, memory()), name, long)?),
             Way::Auto => match memory() {
-                Some((rows, _)) if N < STRETCHES * (STRETCH * rows) as usize => {
-                    Plan::Lines(lines(long, Some((rows, 0))))
+                Some((rows, nk)) if wished(rows) > usual_stretch(N, long) => {
+                    Plan::Lines(lines(long, Some((rows, nk))))
                 }
                 known => {
                     Plan::Welch(DensityOptions::default().stretched(stretch(N, long, known), name, long)?)
                 }
             },
             Way::BlackmanTukey { M } => {
-                let found = reach(rec, limits);
+                let found = clocked(rec, limits);
                 let usual = known.or(found).map_or(N / 10, |(rows, _)| (LAGS * rows) as usize);
-                let M = M.unwrap_or_else(|| usual.clamp(8, long / 4));
+                let M = M.unwrap_or_else(|| usual.clamp(8.min(long / 4), long / 4));
                 if !(4..long / 2).contains(&M) {
                     return Err(Error::argument("M", M, &format!("from 4 to {}: half the record", long / 2)));
                 }
@@ -406,7 +409,18 @@ impl Plan {
 fn stretch(N: usize, long: usize, memory: Option<(f64, usize)>) -> usize {
     let most = usual_stretch(N, long);
     let Some((rows, _)) = memory else { return most };
-    ((STRETCH * rows).ceil() as usize).next_power_of_two().clamp(16.min(most), most)
+    wished(rows).clamp(16.min(most), most)
+}
+
+/// Rows of a stretch that hold the discs, for a memory of so many.
+fn wished(rows: f64) -> usize {
+    ((STRETCH * rows).ceil() as usize).next_power_of_two()
+}
+
+/// Rows against which a window must be long, the plant's or the clock's, and the shortest delay.
+fn clocked(rec: &Record, limits: &Limits) -> Option<(f64, usize)> {
+    let hold = (0..rec.nu).map(|i| usual_hold(rec, i)).fold(0.0, f64::max);
+    reach(rec, limits).map(|(rows, nk)| (rows.max(CLOCK * hold), nk))
 }
 
 /// Neighbours on either side: as many as fit into a twentieth of `1/(T + L)`, at least two.

@@ -115,8 +115,10 @@ impl FrequencyResponse {
         for k in (0..G.len()).filter(|&k| keep[k]) {
             let (size, r) = (G[k].norm(), radius[k]);
             let principal = G[k].arg().to_degrees();
-            let phase =
-                last.map_or(principal, |last| principal - 360.0 * ((principal - last) / 360.0).round());
+            // Up to 90 degrees: a negative gain begins at -180, whichever side of it noise takes.
+            let first = if principal > 90.0 + 1e-9 { principal - 360.0 } else { principal };
+            let turns = |last: f64| principal - 360.0 * ((principal - last) / 360.0).round();
+            let phase = last.map_or(first, turns);
             last = Some(phase);
             let turn = if r < size { (r / size).asin().to_degrees() } else { 180.0 };
             let turn = if r.is_nan() { f64::NAN } else { turn };

@@ -10,8 +10,7 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
-
+use crate::signal::Fourier;
 use crate::stats::centred;
 
 /// Chance above which the largest ordinate says nothing.
@@ -43,9 +42,7 @@ pub fn line(rows: &[usize], e: &[f64]) -> Option<Line> {
         padded[row - first] = e;
     }
     let N = padded.len();
-    let forward = RealFftPlanner::new().plan_fft_forward(N);
-    let mut spectrum = forward.make_output_vec();
-    forward.process(&mut padded, &mut spectrum).ok()?;
+    let spectrum = Fourier::new(N).of(&mut padded);
     let I: Vec<f64> = spectrum[1..].iter().map(|c| c.norm_sqr()).collect();
     let (n, total) = (I.len(), I.iter().sum::<f64>());
     let top = (0..n).max_by(|&a, &b| I[a].total_cmp(&I[b]))?;

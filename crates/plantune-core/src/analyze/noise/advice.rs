@@ -74,8 +74,7 @@ fn noise_model(of: &Noise) -> String {
     }
     let side = if of.colour.R[1] > 0.0 { "slow" } else { "fast" };
     format!(
-        "coloured, {side} (R(1) = {:.2}, {} independent of {} rows): estimate the noise with the plant, ARMAX or BJ, \
-         or process(noise=\"arma\")",
+        "coloured, {side} (R(1) = {:.2}, {} independent of {} rows): estimate it with the plant, ARMAX or BJ",
         of.colour.R[1],
         of.colour.N_mean.round(),
         of.moments.N

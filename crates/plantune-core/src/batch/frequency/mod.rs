@@ -28,6 +28,9 @@ const RANK_TOLERANCE: f64 = 1e-12;
 /// Dead times tried at most.
 const DELAYS: usize = 400;
 
+/// Ratio of two lags below which they are not told apart.
+const SEPARATE: f64 = 1.02;
+
 /// What is to be fitted.
 #[derive(Clone, Copy, Debug)]
 pub enum Structure {
@@ -55,17 +58,20 @@ struct Points {
     Ts: Option<f64>,
 }
 
+/// A response at every point, and its derivatives with respect to each parameter.
+type Linear = (Vec<Complex<f64>>, Vec<Vec<Complex<f64>>>);
+
 /// A family of models with a parameter vector of its own.
 trait Family {
     /// Response at every point and its derivative with respect to each parameter; None where there is no model.
-    fn response(&self, x: &[f64]) -> Option<(Vec<Complex<f64>>, Vec<Vec<Complex<f64>>>)>;
+    fn response(&self, x: &[f64]) -> Option<Linear>;
     /// Brings `x` to where a model is allowed.
     fn project(&self, x: &mut [f64]);
     /// Places to search from, best first.
     fn starts(&self) -> Vec<Vec<f64>>;
     /// The model, its parameters by name, and their derivatives with respect to `x`, a row each.
     fn named(&self, x: &[f64]) -> (Model, Vec<(String, f64)>, Vec<Vec<f64>>);
-    /// Parameters that no point tells (`L` of a code without `D`).
+    /// What it is fitted to.
     fn points(&self) -> &Points;
 }
 
@@ -79,7 +85,7 @@ pub fn frequency(
 ) -> Result<Fit> {
     let points = Points::of(data, i, j, structure)?;
     match structure {
-        Structure::Process(code) => fitted(&Process { code, points }, share),
+        Structure::Process(code) => process_or_pair(code, points, share),
         Structure::Rational { nb, nf, nk, delay } => {
             if nb == 0 {
                 return Err(Error::argument("nb", nb, "at least 1"));
@@ -91,6 +97,25 @@ pub fn frequency(
             fitted(&Rational::new(nb, nf, if sampled { nk } else { 0 }, delay && !sampled, points), share)
         }
     }
+}
+
+/// A fit of lags; where two of them run together, that of their pair `T^2 s^2 + 2 zeta T s + 1`, whose parameters
+/// have deviations.
+fn process_or_pair(code: Code, points: Points, share: f64) -> Result<Fit> {
+    let family = Process { code, points };
+    let fit = fitted(&family, share);
+    let Ok(Fit { model: Model::Process(plant), .. }) = &fit else { return fit };
+    let mut T = plant.T.clone();
+    T.sort_by(f64::total_cmp);
+    if code.pair || !T.windows(2).any(|pair| pair[1] < SEPARATE * pair[0]) {
+        return fit;
+    }
+    let mut pair = fitted(&Process { code: Code { pair: true, ..code }, points: family.points }, share)?;
+    let text = "two lags are not separable: quoted is their pair T^2 s^2 + 2 zeta T s + 1";
+    pair.notes.push(
+        Note::warning("X10", text).measured(T[1] / T[0], SEPARATE).remedy("ask for a lag less, or for a U"),
+    );
+    Ok(pair)
 }
 
 impl Points {

@@ -8,7 +8,7 @@
 //! first parameters; by the others they are differenced, over steps that leave ten digits of the slope. Starts come
 //! from a grid of times and delays, where the delay turns the phase and the gains follow by least squares.
 
-use super::{Family, Points};
+use super::{Family, Linear, Points};
 use crate::batch::process::Code;
 use crate::linalg::Complex;
 use crate::linalg::{Triangle, solve_damped};
@@ -115,7 +115,7 @@ impl Process {
 }
 
 impl Family for Process {
-    fn response(&self, x: &[f64]) -> Option<(Vec<Complex<f64>>, Vec<Vec<Complex<f64>>>)> {
+    fn response(&self, x: &[f64]) -> Option<Linear> {
         let (c, rest) = x.split_at(self.code.linear());
         let mut columns = self.parts(rest)?;
         let G = self.sum(c, rest)?;

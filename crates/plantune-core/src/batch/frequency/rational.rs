@@ -6,7 +6,7 @@
 //! start       min sum |W (A G e^(j w L) - B)/A_before|^2, repeated               Sanathanan and Koerner 1963
 //! ```
 
-use super::{Family, Points};
+use super::{Family, Linear, Points};
 use crate::linalg::{Complex, Triangle, solve_damped};
 use crate::model::{Model, PolyModel, TransferFunction};
 
@@ -63,8 +63,8 @@ impl Rational {
         let mut before = vec![1.0; own];
         for _ in 0..ROUNDS {
             let mut rows = Vec::with_capacity(2 * own);
-            for k in 0..own {
-                let weight = self.points.weight[k] / before[k];
+            for (k, before) in before.iter().enumerate() {
+                let weight = self.points.weight[k] / before;
                 let G = self.points.G[k] * self.turn(k, L).conj();
                 let mut row: Vec<Complex<f64>> =
                     (1..=self.nf).map(|i| -G * self.p[k].powu(i as u32)).collect();
@@ -90,7 +90,7 @@ impl Rational {
 }
 
 impl Family for Rational {
-    fn response(&self, x: &[f64]) -> Option<(Vec<Complex<f64>>, Vec<Vec<Complex<f64>>>)> {
+    fn response(&self, x: &[f64]) -> Option<Linear> {
         let G = self.at(x);
         if G.iter().any(|g| !(g.re.is_finite() && g.im.is_finite())) {
             return None;
