@@ -147,7 +147,8 @@ def impulse(
     Raises
     ------
     NotIdentifiable
-        Not more rows than taps (X03): the message says how many taps there is room for.  An input stands still (X01); without a kernel, the inputs do not tell the taps apart (X02).
+        Not more rows than taps (X03): the message says how many taps there is room for.  An input
+        stands still (X01); without a kernel, the inputs do not tell the taps apart (X02).
 
     Notes
     -----
@@ -177,7 +178,7 @@ def impulse_from_core(
     single = rec.nu == 1
 
     def curves(name: str) -> Floats:
-        return d[name][0] if single else np.stack(d[name], axis=1)  # type: ignore[no-any-return]
+        return d[name][0] if single else np.stack(d[name], axis=1)
 
     def numbers(values: Iterable[float | None]) -> Any:
         x = np.array([np.nan if v is None else v for v in values])

@@ -110,7 +110,7 @@ pub fn impulse(
     check_input_motion(rec, limits)?;
     let plain = enough(Rows::new(rec, output, options.first, options.n, vec![1.0]))?;
     let D = if options.whiten { noise_model(&plain) } else { vec![1.0] };
-    let rows = if D.len() > 1 { enough(Rows::new(rec, output, options.first, options.n, D))? } else { plain };
+    let rows = if D.len() > 1 { enough(plain.with(D))? } else { plain };
     let mut found = match options.kernel {
         None => least_squares::least_squares(&rows, limits)?,
         Some(kernel) => regularised(&rows, kernel, options),
@@ -156,16 +156,21 @@ fn enough<'r, 'a>(rows: Rows<'r, 'a>) -> Result<Rows<'r, 'a>> {
     })
 }
 
-/// `D(q)` from the errors of a first response.
-fn noise_model(rows: &Rows) -> Vec<f64> {
-    let (triangle, scales) = rows.triangle();
-    let system = System::new(triangle, rows.n, rows.N());
-    let taps = (0..scales.len()).map(|i| {
-        let unit = scales[i];
-        posterior(&system.seen(i), &system.priors[i]).g.iter().map(|g| g * unit).collect()
-    });
-    let g: Vec<Vec<f64>> = taps.collect();
-    autoregression(&rows.residual(&g), &rows.runs(), MOST_NOISE)
+/// `D(q)` from the errors of a first response, and once more from those of the response that it gives: in closed
+/// loop the first are not free of what the input holds of them.
+fn noise_model(plain: &Rows) -> Vec<f64> {
+    let of_errors = |rows: &Rows| {
+        let (triangle, units) = rows.triangle();
+        let system = System::new(triangle, rows.n, rows.N());
+        let taps = |(i, unit): (usize, &f64)| -> Vec<f64> {
+            posterior(&system.seen(i), &system.priors[i]).g.iter().map(|g| g * unit).collect()
+        };
+        let g: Vec<Vec<f64>> = units.iter().enumerate().map(taps).collect();
+        autoregression(&plain.residual(&g), &plain.runs(), MOST_NOISE)
+    };
+    let D = of_errors(plain);
+    let filtered = plain.with(D);
+    if filtered.D.len() > 1 && filtered.N() > filtered.needed() { of_errors(&filtered) } else { filtered.D }
 }
 
 fn regularised(rows: &Rows, kernel: Kernel, options: &ImpulseOptions) -> ImpulseResponse {

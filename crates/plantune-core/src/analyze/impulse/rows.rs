@@ -46,6 +46,11 @@ impl<'r, 'a> Rows<'r, 'a> {
         Rows { rec, output, first, n, D, u, y }
     }
 
+    /// The same filtered by another `D`.
+    pub(in super::super) fn with(&self, D: Vec<f64>) -> Self {
+        Rows::new(self.rec, self.output, self.first, self.n, D)
+    }
+
     /// Filtered input `i`.
     pub(in super::super) fn input(&self, i: usize) -> Vec<f64> {
         self.u.iter().skip(i).step_by(self.rec.nu).copied().collect()
