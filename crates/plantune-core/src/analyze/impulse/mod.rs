@@ -156,21 +156,19 @@ fn enough<'r, 'a>(rows: Rows<'r, 'a>) -> Result<Rows<'r, 'a>> {
     })
 }
 
-/// `D(q)` from the errors of a first response, and once more from those of the response that it gives: in closed
-/// loop the first are not free of what the input holds of them.
-fn noise_model(plain: &Rows) -> Vec<f64> {
-    let of_errors = |rows: &Rows| {
-        let (triangle, units) = rows.triangle();
-        let system = System::new(triangle, rows.n, rows.N());
-        let taps = |(i, unit): (usize, &f64)| -> Vec<f64> {
-            posterior(&system.seen(i), &system.priors[i]).g.iter().map(|g| g * unit).collect()
-        };
-        let g: Vec<Vec<f64>> = units.iter().enumerate().map(taps).collect();
-        autoregression(&plain.residual(&g), &plain.runs(), MOST_NOISE)
+/// `D(q)` of the errors: from y on its own past beside all taps, which feedback does not bias; where there are few
+/// rows for that, from the errors of a first regularised response.
+fn noise_model(rows: &Rows) -> Vec<f64> {
+    if let Some(D) = rows.noise_model(MOST_NOISE) {
+        return D;
+    }
+    let (triangle, units) = rows.triangle();
+    let system = System::new(triangle, rows.n, rows.N());
+    let taps = |(i, unit): (usize, &f64)| -> Vec<f64> {
+        posterior(&system.seen(i), &system.priors[i]).g.iter().map(|g| g * unit).collect()
     };
-    let D = of_errors(plain);
-    let filtered = plain.with(D);
-    if filtered.D.len() > 1 && filtered.N() > filtered.needed() { of_errors(&filtered) } else { filtered.D }
+    let g: Vec<Vec<f64>> = units.iter().enumerate().map(taps).collect();
+    autoregression(&rows.residual(&g), &rows.runs(), MOST_NOISE)
 }
 
 fn regularised(rows: &Rows, kernel: Kernel, options: &ImpulseOptions) -> ImpulseResponse {
