@@ -193,8 +193,14 @@ def delay_evidence(
     Examples
     --------
     >>> import plantune as pt
-    >>> print(pt.analyze.delay_evidence(pt.datasets.hair_dryer()))
+    >>> found = pt.analyze.delay_evidence(pt.datasets.hair_dryer())
+    >>> print(found)
     nk = 3, weight 1.00
+      OE scan                     3   1.00  white noise behind B/F: to be trusted
+      impulse response            2   0.97  a tap early where the plant begins softly
+      ARX scan                    3         order 3; how sure, it cannot tell
+      pre-whitened correlation    3         first lag outside the band; noise makes it late
+      raw correlation             6         late by about the clock of u
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     low, high = checked_range(nk)

@@ -49,7 +49,7 @@ class Correlation:
     >>> import plantune as pt
     >>> r = pt.analyze.xcorr(pt.datasets.hair_dryer())
     >>> r.first, r.peak, r.feedback
-    (2, 8, None)
+    (3, 6, None)
     """
 
     lags: NDArray[np.int64]
@@ -112,7 +112,7 @@ def xcorr(
     --------
     >>> import plantune as pt
     >>> print(pt.analyze.xcorr(pt.datasets.hair_dryer(), 20))
-    first lag outside the band 2 (raw peak 8)
+    first lag outside the band 3 (raw peak 6)
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     if not (isinstance(lags, int) and 1 <= lags < 2**31):

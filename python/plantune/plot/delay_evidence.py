@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -74,7 +74,11 @@ def delay_evidence(found: DelayEvidence, of: Record | None = None) -> go.Figure:
 
 def _weights(fig: go.Figure, found: DelayEvidence) -> None:
     bars = go.Bar(
-        x=found.oe.candidates, y=found.oe.weights, name="weight", marker={"color": MODEL}
+        x=found.oe.candidates,
+        y=found.oe.weights,
+        name="weight",
+        marker={"color": MODEL},
+        showlegend=False,
     )
     fig.add_trace(bars, row=1, col=1)
     fig.update_yaxes(title_text="OE scan", range=[0, 1.05], row=1, col=1)
@@ -83,15 +87,15 @@ def _weights(fig: go.Figure, found: DelayEvidence) -> None:
 def _taps(fig: go.Figure, found: DelayEvidence) -> None:
     h, i = found.impulse, found.input
     g, sd = (h.g, h.sd) if h.g.ndim == 1 else (h.g[:, i], h.sd[:, i])
-    band(fig, h.lags, g - WIDTH * sd, g + WIDTH * sd, "95 % band", BAND, 2)
-    line(fig, h.lags, g, "taps", MEASURED, 2)
+    band(fig, h.lags, g - WIDTH * sd, g + WIDTH * sd, "95 % of the taps", BAND, 2)
+    line(fig, h.lags, g, "taps", MEASURED, 2, showlegend=False)
     fig.data[-1].update(mode="lines+markers", marker={"size": 5})
     _mark(fig, h.lags, g, found.ways[1].nk, 2)
     fig.update_yaxes(title_text="impulse", row=2, col=1)
 
 
 def _loss(fig: go.Figure, found: DelayEvidence) -> None:
-    line(fig, found.arx.candidates, found.arx.loss, "loss", MEASURED, 3)
+    line(fig, found.arx.candidates, found.arx.loss, "loss", MEASURED, 3, showlegend=False)
     fig.data[-1].update(mode="lines+markers", marker={"size": 5})
     _mark(fig, found.arx.candidates, found.arx.loss, found.arx.nk, 3)
     fig.update_yaxes(title_text="ARX loss", row=3, col=1)
@@ -108,11 +112,11 @@ def _correlations(fig: go.Figure, found: DelayEvidence) -> None:
     fig.update_yaxes(title_text="correlation", row=4, col=1)
 
 
-def _mark(fig: go.Figure, x: Sequence[int] | Floats, y: Floats, at: int | None, row: int) -> None:
+def _mark(fig: go.Figure, x: Any, y: Floats, at: int | None, row: int) -> None:
     """Mark what a way says."""
-    here = np.asarray(x) == at
+    here = x == at
     mark = go.Scatter(
-        x=np.asarray(x)[here],
+        x=x[here],
         y=y[here],
         name="what this way says",
         mode="markers",

@@ -11,7 +11,6 @@ from plantune.analyze import ImpulseResponse
 from plantune.estimate import Fit
 from plantune.models import PolyModel, ProcessModel, TransferFunction
 from plantune.plot.style import (
-
     MEASURED,
     SEQUENCE,
     Names,
@@ -58,7 +57,7 @@ def impulse(
     >>> rec = pt.datasets.hair_dryer()
     >>> fig = impulse(pt.analyze.impulse(rec, n=40), pt.estimate.process(rec), of=rec)
     >>> [trace.name for trace in fig.data if trace.name]
-    ['95 % band', 'taps', '95 % band', 'step response', 'P1D', 'P1D']
+    ['95 % band', 'record', '95 % band', 'record', 'P1D', 'P1D']
     """
     names = Names(of, input)
     u, y = inert(found.inputs[input]), inert(found.output)
@@ -75,12 +74,14 @@ def impulse(
         shown = {"showlegend": row == 1, "row": row}
         low, high = x - WIDTH * sd, x + WIDTH * sd
         band(fig, found.t, low, high, "95 % band", MEASURED_BAND, **shown)
-        line(fig, found.t, x, ("taps", "step response")[row - 1], MEASURED, row)
+        line(fig, found.t, x, "record", MEASURED, row, showlegend=row == 1)
+        fig.data[-1].update(mode="lines+markers", marker={"size": 5})
     for k, model in enumerate(models):
         _over(fig, found, model, input, SEQUENCE[k % len(SEQUENCE)])
     fig.add_hline(y=0, line={"width": 1, "color": MEASURED, "dash": "dot"}, row=1, col=1)
+    fig.update_xaxes(range=[0.0, found.t[-1]])
     fig.update_xaxes(title_text=axis("time", names.time_unit), row=2, col=1)
-    fig.update_yaxes(title_text=axis("impulse", f"{names.gain_unit} per sample"), row=1, col=1)
+    fig.update_yaxes(title_text=axis("per sample", names.gain_unit), row=1, col=1)
     fig.update_yaxes(title_text=axis("step", names.gain_unit), row=2, col=1)
     return fig
 

@@ -110,7 +110,7 @@ pub fn impulse(
     check_input_motion(rec, limits)?;
     let plain = enough(Rows::new(rec, output, options.first, options.n, vec![1.0]))?;
     let D = if options.whiten { noise_model(&plain) } else { vec![1.0] };
-    let rows = if D.len() > 1 { enough(Rows::new(rec, output, options.first, options.n, D))? } else { plain };
+    let rows = if D.len() > 1 { enough(plain.with(D))? } else { plain };
     let mut found = match options.kernel {
         None => least_squares::least_squares(&rows, limits)?,
         Some(kernel) => regularised(&rows, kernel, options),
@@ -156,15 +156,18 @@ fn enough<'r, 'a>(rows: Rows<'r, 'a>) -> Result<Rows<'r, 'a>> {
     })
 }
 
-/// `D(q)` from the errors of a first response.
+/// `D(q)` of the errors: from y on its own past beside all taps, which feedback does not bias; where there are few
+/// rows for that, from the errors of a first regularised response.
 fn noise_model(rows: &Rows) -> Vec<f64> {
-    let (triangle, scales) = rows.triangle();
+    if let Some(D) = rows.noise_model(MOST_NOISE) {
+        return D;
+    }
+    let (triangle, units) = rows.triangle();
     let system = System::new(triangle, rows.n, rows.N());
-    let taps = (0..scales.len()).map(|i| {
-        let unit = scales[i];
+    let taps = |(i, unit): (usize, &f64)| -> Vec<f64> {
         posterior(&system.seen(i), &system.priors[i]).g.iter().map(|g| g * unit).collect()
-    });
-    let g: Vec<Vec<f64>> = taps.collect();
+    };
+    let g: Vec<Vec<f64>> = units.iter().enumerate().map(taps).collect();
     autoregression(&rows.residual(&g), &rows.runs(), MOST_NOISE)
 }
 

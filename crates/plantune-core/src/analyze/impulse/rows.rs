@@ -16,6 +16,9 @@ use crate::record::{Record, Scale};
 use crate::regress::{Column, Regression};
 use crate::signal::through;
 
+/// Rows per column from which y may stand on its own past beside all taps.
+const ROWS: usize = 3;
+
 /// Signals of one output, filtered by `D`.
 pub(in super::super) struct Rows<'r, 'a> {
     rec: &'r Record<'a>,
@@ -44,6 +47,11 @@ impl<'r, 'a> Rows<'r, 'a> {
         }
         let y = through(&D, &rec.output_held(output), rec.segments());
         Rows { rec, output, first, n, D, u, y }
+    }
+
+    /// The same filtered by another `D`.
+    pub(in super::super) fn with(&self, D: Vec<f64>) -> Self {
+        Rows::new(self.rec, self.output, self.first, self.n, D)
     }
 
     /// Filtered input `i`.
@@ -84,12 +92,37 @@ impl<'r, 'a> Rows<'r, 'a> {
     /// Triangle of `[1 | taps of input 1 | … | y]`, and for each input the unit of its taps there.
     pub(in super::super) fn triangle(&self) -> (Triangle, Vec<f64>) {
         let rec = self.filtered();
-        let lags = self.first..self.first + self.n;
-        let taps = (0..rec.nu).flat_map(|i| lags.clone().map(move |lag| Column::Input(i, lag)));
-        let columns = std::iter::once(Column::One).chain(taps).collect();
-        let regression = Regression::over(&rec, 0, columns, self.runs());
+        let regression = Regression::over(&rec, 0, self.columns(rec.nu), self.runs());
         let unit = |u: &Scale| u.factor / regression.y.factor;
         (regression.triangle(), regression.u.iter().map(unit).collect())
+    }
+
+    /// `D(q)` from `y = O + sum_k b_k u(t-k) - d_1 y(t-1) - … + e`, its order by AIC; none of few rows.
+    ///
+    /// The triangle is in the order of its columns, so that what `p` lags of y leave stands below their rows.
+    pub(in super::super) fn noise_model(&self, most: usize) -> Option<Vec<f64>> {
+        let rec = self.filtered();
+        let known = self.needed();
+        let runs = self.rec.runs((self.first + self.n - 1).max(most), most, self.output);
+        let N: usize = runs.iter().map(ExactSizeIterator::len).sum();
+        if N < ROWS * (known + most) {
+            return None;
+        }
+        let own = (1..=most).map(Column::MinusOutput);
+        let columns = self.columns(rec.nu).into_iter().chain(own).collect();
+        let triangle = Regression::over(&rec, 0, columns, runs).triangle();
+        let y = known + most;
+        let left = |p: usize| (known + p..=y).map(|k| triangle.at(k, y).powi(2)).sum::<f64>();
+        let aic = |p: usize| (N - known) as f64 * left(p).max(f64::MIN_POSITIVE).ln() + 2.0 * p as f64;
+        let scores: Vec<f64> = (0..=most).map(aic).collect();
+        let p = (0..=most).fold(0, |best, p| if scores[p] < scores[best] { p } else { best });
+        let mut D = vec![1.0; 1 + p];
+        for i in (1..=p).rev() {
+            let row = known + i - 1;
+            let later: f64 = (i + 1..=p).map(|j| triangle.at(row, known + j - 1) * D[j]).sum();
+            D[i] = (triangle.at(row, y) - later) / triangle.at(row, row);
+        }
+        D.iter().all(|d| d.is_finite()).then_some(D)
     }
 
     /// Factor of y in that triangle.
@@ -112,6 +145,13 @@ impl<'r, 'a> Rows<'r, 'a> {
         let mean = runs.iter().flat_map(Clone::clone).map(|t| e[t]).sum::<f64>() / self.N() as f64;
         runs.iter().flat_map(Clone::clone).for_each(|t| e[t] -= mean);
         e
+    }
+
+    /// `[1 | taps]`
+    fn columns(&self, nu: usize) -> Vec<Column> {
+        let lags = self.first..self.first + self.n;
+        let taps = (0..nu).flat_map(|i| lags.clone().map(move |lag| Column::Input(i, lag)));
+        std::iter::once(Column::One).chain(taps).collect()
     }
 
     /// The filtered signals as a record of one output.
