@@ -15,6 +15,7 @@ from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
 from plantune.plot.step import step
 from plantune.plot.step_modes import step_modes
+from plantune.plot.stretches import stretches
 from plantune.plot.tracking import tracking
 
 __all__ = [
@@ -33,5 +34,6 @@ __all__ = [
     "rules",
     "step",
     "step_modes",
+    "stretches",
     "tracking",
 ]
