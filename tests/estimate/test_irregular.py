@@ -6,18 +6,22 @@ from pytest import approx
 
 import plantune as pt
 from contract.records import check_refusal
+from oracles import experiment_design
 from oracles import irregular as oracle
 
 TRUE = (2.0, 5.0, 2.3)  # K, T, L
 
 
-def drawn(seed, N=300, noise=0.1, system=None, L=2.3, offset=3.0):
+def drawn(seed, N=300, noise=0.1, two_lags=None, L=2.3, offset=3.0):
     """Return a record at exponential stamps of mean 1, its input held about seven seconds."""
     rng = np.random.default_rng(seed)
     t = np.cumsum(rng.exponential(1.0, N))
     moves = np.floor(t / 7).astype(int)
     u = rng.choice([-1.0, 1.0], size=moves[-1] + 1)[moves]
-    y = oracle.response(system or oracle.p1d(*TRUE[:2]), L, u, t, t, offset)
+    if two_lags is None:
+        y = experiment_design.response((*TRUE, offset), u, t, t)
+    else:
+        y = oracle.response(oracle.p2d(*two_lags), L, u, t, t, offset)
     return pt.Record(u=u, y=y + noise * rng.normal(size=N), t=t)
 
 
@@ -30,7 +34,7 @@ def test_exact_data_give_the_plant():
     fit = pt.estimate.process(drawn(1, noise=0.0), "P1D")
     assert fit.theta == approx(TRUE, rel=1e-6)
     assert fit.offset[0] == approx(3.0, abs=1e-6)
-    two = drawn(2, N=200, noise=0.0, system=oracle.p2d(2.0, 5.0, 3.0), L=1.7)
+    two = drawn(2, N=200, noise=0.0, two_lags=(2.0, 5.0, 3.0), L=1.7)
     fit = pt.estimate.process(two, "P2D")
     assert sorted(fit.theta[1:3]) == approx([3.0, 5.0], rel=1e-3)
     assert fit.theta[3] == approx(1.7, abs=1e-3)
@@ -64,7 +68,7 @@ def test_uniform_stamps_give_the_uniform_fit():
     rng = np.random.default_rng(16)
     t = np.arange(200) * 1.0
     u = 1.0 * (t >= 20) - 0.5 * (t >= 90)
-    y = oracle.response(oracle.p1d(2.0, 9.0), 3.4, u, t, t, 1.0) + 0.02 * rng.normal(size=200)
+    y = experiment_design.response((2.0, 9.0, 3.4, 1.0), u, t, t) + 0.02 * rng.normal(size=200)
     plain = pt.estimate.process(pt.Record(u=u, y=y, Ts=1.0), "P1D")
     odd = pt.Record(
         u=[*u, u[-1]],

@@ -41,6 +41,13 @@ class InformativeStretch:
         Whether `K` is that of the rough plant, within a quarter of it or three deviations.
     identifiable : bool
         Whether gain, time constant and delay can be identified: a score below 0.25, and `agrees`.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> best = pt.analyze.informative(pt.datasets.engine_loop(noise_var=1.5)).best
+    >>> best.identifiable, best.sd[1] < 0.01
+    (True, True)
     """
 
     rows: slice
@@ -61,7 +68,7 @@ class InformativeStretch:
         if self.score < float("inf") and not self.agrees:
             said = "asks for another gain"
         K, T, L = self.sd
-        told = f"K {self.K:.4g} ± {K:.2g}, T ± {T:.2g} s, L ± {L:.2g} s"
+        told = f"K {self.K:.4g} ± {K:.2g}, sd of T {T:.2g} s, of L {L:.2g} s"
         size = f"{self.rows.stop - self.rows.start} rows"
         return f"{self.start:g} to {self.end:g} s, {size}: {told}: {said}"
 

@@ -30,7 +30,17 @@ Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermMod
 
 
 class OffsetStep(NamedTuple):
-    """A step of the offset: a load that came on, or the level of another experiment."""
+    """A step of the offset: a load that came on, or the level of another experiment.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> rec = pt.datasets.engine_loop(noise_var=1.5)
+    >>> loaded = pt.Record(u=rec.u, y=rec.y[:, 0] + 20.0 * (rec.time >= 5), Ts=rec.Ts)
+    >>> step = pt.estimate.process(loaded, "P1D", offset="steps").steps[0]
+    >>> step.time, round(step.size)
+    (5.0, 20)
+    """
 
     row: int
     """Row of the record from which on the offset is another one."""

@@ -26,7 +26,9 @@ mod term_arx;
 
 pub use arx::arx;
 pub use bootstrap::{Bootstrap, BootstrapOptions, bootstrap, spread};
-pub use fit::{Fit, OffsetStep, Status, WIDTH, criteria, normal_interval, standard_deviations, stretched, widened};
+pub use fit::{
+    Fit, OffsetStep, Status, WIDTH, criteria, normal_interval, standard_deviations, stretched, widened,
+};
 pub use huber::{Huber, huber};
 pub use iv4::iv4;
 pub use least_squares::{LinearFit, least_squares};
@@ -35,7 +37,8 @@ pub use order_choice::{OrderChoice, Tried as TriedOrders, choose_orders};
 pub use orders::Orders;
 pub use pem::{PemOptions, pem};
 pub use process::{
-    Code, Information, Known, OffsetOf, ProcessOptions, information, p1d, process, process_bootstrap, process_sandwich, robust_process,
+    Code, Information, Known, OffsetOf, ProcessOptions, information, p1d, process, process_bootstrap,
+    process_sandwich, robust_process,
 };
 pub use robust::robust;
 pub use sampling::sampling;

@@ -54,7 +54,8 @@ pub fn without_lines(x: &[f64], t: &[f64], lines: &[Line]) -> Vec<f64> {
 
 /// A signal without its steps: `x(k) - sum of the sizes of those at or before row k`.
 pub fn without_steps(x: &[f64], at: &[usize], sizes: &[f64]) -> Vec<f64> {
-    let level = |k: usize| -> f64 { at.iter().zip(sizes).filter(|(row, _)| **row <= k).map(|(_, h)| h).sum() };
+    let level =
+        |k: usize| -> f64 { at.iter().zip(sizes).filter(|(row, _)| **row <= k).map(|(_, h)| h).sum() };
     x.iter().enumerate().map(|(k, x)| x - level(k)).collect()
 }
 

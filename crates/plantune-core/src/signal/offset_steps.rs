@@ -128,9 +128,8 @@ fn line(e: &[f64], steps: &OffsetSteps) -> Option<f64> {
 
 /// Sum of squares that the steps leave.
 fn rss_of(e: &[f64], steps: &OffsetSteps) -> f64 {
-    let of_part = |(part, level): (Range<usize>, &f64)| -> f64 {
-        e[part].iter().map(|e| (e - level).powi(2)).sum()
-    };
+    let of_part =
+        |(part, level): (Range<usize>, &f64)| -> f64 { e[part].iter().map(|e| (e - level).powi(2)).sum() };
     parts(&steps.at, e.len()).into_iter().zip(&steps.levels).map(of_part).sum()
 }
 

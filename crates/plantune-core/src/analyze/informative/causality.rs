@@ -59,9 +59,8 @@ pub(super) fn causality(cause: &[f64], effect: &[f64], same_row: bool) -> Causal
     if least < 1e-13 * largest {
         return nothing;
     }
-    let rss = |columns: usize| {
-        residual_norm2(&triangle, &(0..columns).collect::<Vec<usize>>(), COLUMNS, 1e-13)
-    };
+    let rss =
+        |columns: usize| residual_norm2(&triangle, &(0..columns).collect::<Vec<usize>>(), COLUMNS, 1e-13);
     let (without, with, freedom) = (rss(OWN), rss(COLUMNS), (N - COLUMNS - 1) as f64);
     let F = (without - with) / FILTERS as f64 / (with / freedom).max(f64::MIN_POSITIVE);
     Causality { condition: largest / least, F, p: f_tail(F, FILTERS as f64, freedom) }

@@ -147,12 +147,7 @@ pub fn informative(rec: &Record, options: &InformativeOptions, limits: &Limits) 
 }
 
 /// Windows of every run of rows that count, shorter where the run is.
-fn tested(
-    rec: &Record,
-    runs: Vec<Range<usize>>,
-    window: usize,
-    limits: &Limits,
-) -> Result<Vec<Window>> {
+fn tested(rec: &Record, runs: Vec<Range<usize>>, window: usize, limits: &Limits) -> Result<Vec<Window>> {
     let longest = runs.iter().map(Range::len).max().unwrap_or(0);
     if longest < LEAST_ROWS {
         let text = format!("the longest stretch without a gap has {longest} rows, {LEAST_ROWS} are needed");
@@ -286,7 +281,10 @@ fn notes(
     let mut notes = Vec::new();
     if stretches.is_empty() {
         let text = format!("nowhere does {} clearly drive {}", rec.names[0], rec.names[1]);
-        notes.push(Note::warning("X02", text).remedy("record a few steps of the set point, or of the input in manual"));
+        notes.push(
+            Note::warning("X02", text)
+                .remedy("record a few steps of the set point, or of the input in manual"),
+        );
     } else if plant.is_none() {
         notes.extend(refusal.map(|error| error.note().clone()));
     } else if !stretches.iter().any(InformativeStretch::identifiable) {
@@ -299,7 +297,10 @@ fn notes(
     if let Some(first) = answered.first() {
         let text = format!(
             "{} answers {} in {} of {} stretches: the loop is closed",
-            rec.names[0], rec.names[1], answered.len(), stretches.len()
+            rec.names[0],
+            rec.names[1],
+            answered.len(),
+            stretches.len()
         );
         let note = Note::info("X09", text).at(rec.place(0, first.rows.start)).count(answered.len());
         notes.push(note.remedy("fit with a noise model: process(rec, noise=\"arma\"), armax or bj"));
@@ -310,7 +311,8 @@ fn notes(
 /// M09 as a remark: few rows in a time constant.
 fn coarse(rec: &Record, plant: &Fopdt) -> Option<Note> {
     let (T, Ts) = (plant.T, rec.Ts);
-    let text = format!("sampled coarsely: {} rows in a time constant of about {} s", rounded(T / Ts), rounded(T));
+    let text =
+        format!("sampled coarsely: {} rows in a time constant of about {} s", rounded(T / Ts), rounded(T));
     let note = Note::info("M09", text).at(Place::column("Ts")).measured(rounded(T / Ts), COARSE);
     (T < COARSE * Ts).then(|| note.remedy(format!("record with Ts = {} s, a tenth of T", rounded(0.1 * T))))
 }

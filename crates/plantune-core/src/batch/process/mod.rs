@@ -209,8 +209,12 @@ fn check(rec: &Record, codes: &[Code], options: &ProcessOptions, limits: &Limits
         return Err(Error::argument("offset", "one for parts of the record", "true where it changes"));
     }
     if options.offset_of != OffsetOf::All && codes.iter().any(|code| code.integrating) {
-        return Err(Error::argument("offset", "one for parts of the record", "one for all where a plant integrates")
-            .remedy("offset=True: the drift of an integrating plant is one"));
+        return Err(Error::argument(
+            "offset",
+            "one for parts of the record",
+            "one for all where a plant integrates",
+        )
+        .remedy("offset=True: the drift of an integrating plant is one"));
     }
     let Some((low, high)) = options.L else { return Ok(()) };
     if !(low >= 0.0 && high >= low && high.is_finite()) {

@@ -66,7 +66,11 @@ impl Stretch {
 
     /// First residual row when segments not at rest give `history` steps away.
     pub(super) fn first(&self, history: usize) -> usize {
-        if self.at_rest { self.rows.start } else { (self.rows.start + self.given(history)).min(self.rows.end) }
+        if self.at_rest {
+            self.rows.start
+        } else {
+            (self.rows.start + self.given(history)).min(self.rows.end)
+        }
     }
 }
 
@@ -422,7 +426,8 @@ impl<'r, 'a> Problem<'r, 'a> {
         };
         let (mut sum, mut count) = (0.0, 0);
         for (s, e) in self.stretches(point.history).zip(&errors).filter(|(s, _)| s.at_rest) {
-            let given = (0..s.given(point.history).min(e.len())).filter(|k| self.rec.is_valid(s.rows.start + k, 0));
+            let given =
+                (0..s.given(point.history).min(e.len())).filter(|k| self.rec.is_valid(s.rows.start + k, 0));
             for k in given {
                 sum += e[k] * e[k];
                 count += 1;

@@ -141,7 +141,12 @@ pub fn relay(rec: &Record, rest: Option<(f64, f64)>, limits: &Limits) -> Result<
     let (cycle, found) = inverted(rec, &switching, rest)?;
     let Inverted { model, offset, rows, yhat, sigma } = found;
     let sd = cycle.deviations(model.T, sigma).ok_or_else(|| not_first_order(rec, &cycle))?;
-    let options = ProcessOptions { offset: true, L: Some(delays(rec, &cycle, limits)), noise: (0, 0), ..ProcessOptions::default() };
+    let options = ProcessOptions {
+        offset: true,
+        L: Some(delays(rec, &cycle, limits)),
+        noise: (0, 0),
+        ..ProcessOptions::default()
+    };
     let fit = p1d(rec, &options, limits).map_err(|error| notes.push(unfitted(&error))).ok();
     notes.extend(left_out(&switching));
     notes.extend(vague(&model, sd, cycle.known));
