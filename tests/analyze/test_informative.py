@@ -122,7 +122,9 @@ def test_gaps_are_not_bridged():
     rec, _ = loop(3, 6000)
     parts = [rec.take(slice(0, 2500)), rec.take(slice(2600, 6000))]
     found = pt.analyze.informative(pt.Record.join(parts))
-    assert not any(first < 2500 < stop for first, stop in zip(found.firsts, found.stops, strict=True))
+    assert not any(
+        first < 2500 < stop for first, stop in zip(found.firsts, found.stops, strict=True)
+    )
 
 
 def test_a_loop_at_rest_says_nothing_and_says_so():

@@ -117,7 +117,9 @@ def test_fresh_rows_are_judged_at_their_stamps():
         lambda rec: pt.analyze.delay(rec),
         lambda rec: pt.analyze.informative(rec),
         lambda rec: pt.prep.smooth(rec),
-        lambda rec: pt.validate.check(rec, pt.models.PolyModel(A=[1, -0.5], B=[1.0], nk=1, Ts=rec.Ts)),
+        lambda rec: pt.validate.check(
+            rec, pt.models.PolyModel(A=[1, -0.5], B=[1.0], nk=1, Ts=rec.Ts)
+        ),
     ],
 )
 def test_what_cannot_serve_them_refuses(verb):

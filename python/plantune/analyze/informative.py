@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +70,7 @@ class InformativeStretch:
             said = "asks for another gain"
         K, T, L = self.sd
         told = f"K {self.K:.4g} ± {K:.2g}, sd of T {T:.2g} s, of L {L:.2g} s"
-        size = f"{self.rows.stop - self.rows.start} rows"
+        size = f"{self.rows.stop - self.rows.start} rows, {self.fit:.0f} % explained"
         return f"{self.start:g} to {self.end:g} s, {size}: {told}: {said}"
 
 
@@ -162,7 +163,9 @@ class Informative:
     def __str__(self) -> str:
         can = len(self.identifiable)
         head = f"{len(self.stretches)} stretches in which u drives y, {can} can be identified"
-        return "\n".join([head, *(f"  {s}" for s in self.stretches), *(f"  {n}" for n in self.notes)])
+        return "\n".join(
+            [head, *(f"  {s}" for s in self.stretches), *(f"  {n}" for n in self.notes)]
+        )
 
 
 def informative(
@@ -228,7 +231,7 @@ def informative(
                 remedy=f"{name}=0",
             )
     d = _core.informative(rec, window, input, output, limits)
-    time = rec.time
+    plant, time = d.pop("plant"), rec.time
     return Informative(
         stretches=tuple(
             InformativeStretch(
@@ -239,7 +242,7 @@ def informative(
             )
             for s in d.pop("stretches")
         ),
-        plant=None if (plant := d.pop("plant")) is None else from_core(plant),
+        plant=None if plant is None else cast("ProcessModel", from_core(plant)),
         firsts=np.array(d.pop("firsts"), np.int64),
         stops=np.array(d.pop("stops"), np.int64),
         notes=(*notes_from_core(d.pop("notes")), *limits.changes()),

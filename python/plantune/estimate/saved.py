@@ -85,7 +85,9 @@ def _field(name: str, value: Any) -> Any:
     if name == "notes":
         return tuple(_note(note) for note in value)
     if name == "steps":
-        return tuple(OffsetStep(**step) if isinstance(step, dict) else OffsetStep(*step) for step in value)
+        return tuple(
+            OffsetStep(**step) if isinstance(step, dict) else OffsetStep(*step) for step in value
+        )
     if name == "names":
         return tuple(value)
     if isinstance(value, list):

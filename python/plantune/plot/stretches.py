@@ -9,7 +9,7 @@ from plantune.plot.record import record
 from plantune.plot.style import FRESH, MODEL, SECOND, inert
 from plantune.record import Record
 
-RANKED = 5
+RANKED = 99
 """Stretches that carry their rank."""
 
 IDENTIFIABLE = "rgba(23, 103, 176, 0.16)"
@@ -43,7 +43,7 @@ def stretches(rec: Record, found: Informative, steps: object = None) -> go.Figur
         color = IDENTIFIABLE if s.identifiable else FRESH
         shape = {"x0": s.start, "x1": s.end, "fillcolor": color, "line_width": 0}
         fig.add_vrect(**shape, layer="below", row="all", col=1)
-        if rank < RANKED and s.identifiable:
+        if s.identifiable and rank < RANKED:
             fig.add_annotation(
                 x=(s.start + s.end) / 2,
                 y=1.0,
@@ -56,13 +56,15 @@ def stretches(rec: Record, found: Informative, steps: object = None) -> go.Figur
             )
     for t in _times(steps):
         fig.add_vline(x=t, line={"color": SECOND, "dash": "dash", "width": 1.2}, row="all", col=1)
-    shades = [("can be identified", IDENTIFIABLE), ("u drives y, but too little", FRESH)]
+    shades = [("can be identified", IDENTIFIABLE), ("u drives y, but says too little", FRESH)]
     for name, color in shades:
         square = {"symbol": "square", "size": 14, "color": color, "line": {"width": 1}}
         fig.add_trace(go.Scatter(x=[None], y=[None], name=name, mode="markers", marker=square))
     if len(_times(steps)):
         dash = {"color": SECOND, "dash": "dash"}
-        fig.add_trace(go.Scatter(x=[None], y=[None], name="the level steps", mode="lines", line=dash))
+        fig.add_trace(
+            go.Scatter(x=[None], y=[None], name="the level steps", mode="lines", line=dash)
+        )
     fig.update_layout(showlegend=True)
     return fig
 

@@ -95,7 +95,9 @@ def _without_steps(rec: Record, u: Floats, u_means: list[float]) -> Record:
         y[:, i] = _core.without_steps(np.ascontiguousarray(rec.y[:, i]), at, sizes)
         if r is not None:
             r[:, i] = _core.without_steps(np.ascontiguousarray(r[:, i]), at, sizes)
-        steps = "".join(f", {h:+.6g} at row {rec.rows[k]}" for k, h in zip(at[1:], sizes[1:], strict=True))
+        steps = "".join(
+            f", {h:+.6g} at row {rec.rows[k]}" for k, h in zip(at[1:], sizes[1:], strict=True)
+        )
         said.append(f"{name} {sizes[0]:.6g}{steps}")
     log = (*rec.log, "removed levels between steps: " + "; ".join(said))
     return replace(rec, u=u, y=y, r=r, log=log)
