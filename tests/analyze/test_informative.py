@@ -37,7 +37,7 @@ def loop(seed, N=20_000):
             manual[first:k] = True
             events.append(("manual", first, k))
         k += int(rng.integers(900, 2500))
-    u, y, x, integral = np.zeros(N), np.zeros(N), 0.0, 0.0
+    u, y, x, integral, base, step = np.zeros(N), np.zeros(N), 0.0, 0.0, 0.0, 0.0
     a = np.exp(-1 / 8)
     for t in range(N):
         x = a * x + 1.5 * (1 - a) * (u[t - 4] if t >= 4 else 0.0)
@@ -122,9 +122,7 @@ def test_gaps_are_not_bridged():
     rec, _ = loop(3, 6000)
     parts = [rec.take(slice(0, 2500)), rec.take(slice(2600, 6000))]
     found = pt.analyze.informative(pt.Record.join(parts))
-    assert not any(
-        first < 2500 < stop for first, stop in zip(found.firsts, found.stops, strict=True)
-    )
+    assert not np.any((found.firsts < 2500) & (found.stops > 2500))
 
 
 def test_a_loop_at_rest_says_nothing_and_says_so():

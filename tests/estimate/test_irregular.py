@@ -1,4 +1,4 @@
-"""Process models at stamps that are not uniform: exact from stamp to stamp, everything else refused."""
+"""Process models at stamps that are not uniform: exact from stamp to stamp, all else refused."""
 
 import numpy as np
 import pytest
@@ -64,7 +64,7 @@ def test_the_fit_is_that_of_direct_least_squares():
 
 
 def test_uniform_stamps_give_the_uniform_fit():
-    """A step test at rest, of which no row is history; a last row off the grid that does not count."""
+    """A step test at rest, no row of it history; the last row, off the grid, does not count."""
     rng = np.random.default_rng(16)
     t = np.arange(200) * 1.0
     u = 1.0 * (t >= 20) - 0.5 * (t >= 90)

@@ -49,7 +49,7 @@ def test_loads_of_forty_records():
 
 
 def test_the_joint_fit_is_that_of_direct_least_squares():
-    rec, c = loaded(3)
+    rec, _ = loaded(3)
     fit = pt.estimate.process(rec, "P1D", offset="steps")
     first = rec.N - fit.N  # rows that are history only
     t = np.arange(rec.N) * 1.0

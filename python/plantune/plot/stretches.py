@@ -9,9 +9,6 @@ from plantune.plot.record import record
 from plantune.plot.style import FRESH, MODEL, SECOND, inert
 from plantune.record import Record
 
-RANKED = 99
-"""Stretches that carry their rank."""
-
 IDENTIFIABLE = "rgba(23, 103, 176, 0.16)"
 
 
@@ -43,7 +40,7 @@ def stretches(rec: Record, found: Informative, steps: object = None) -> go.Figur
         color = IDENTIFIABLE if s.identifiable else FRESH
         shape = {"x0": s.start, "x1": s.end, "fillcolor": color, "line_width": 0}
         fig.add_vrect(**shape, layer="below", row="all", col=1)
-        if s.identifiable and rank < RANKED:
+        if s.identifiable:
             fig.add_annotation(
                 x=(s.start + s.end) / 2,
                 y=1.0,
