@@ -95,7 +95,7 @@ def test_events_are_found_over_many_loops():
 
 
 def test_what_can_be_identified_is():
-    """The plant of the best stretch, with a noise model, is the true one within three deviations."""
+    """The plant of the best stretch, with a noise model, is the true one to three deviations."""
     rec, _ = loop(1)
     found = pt.analyze.informative(rec)
     assert found.best.identifiable

@@ -6,7 +6,7 @@ import plotly.graph_objects as go
 
 from plantune.analyze import Informative
 from plantune.plot.record import record
-from plantune.plot.style import FRESH, MODEL, SECOND, inert
+from plantune.plot.style import FRESH, MODEL, SECOND, record_name
 from plantune.record import Record
 
 IDENTIFIABLE = "rgba(23, 103, 176, 0.16)"
@@ -67,11 +67,11 @@ def stretches(rec: Record, found: Informative, steps: object = None) -> go.Figur
 
 
 def _subtitle(found: Informative) -> str:
-    best = found.best
+    best, name = found.best, record_name(found.source)
     if best is None:
-        return "nowhere does the input clearly drive the output"
+        return f"{name}: nowhere does the input clearly drive the output"
     count = f"{len(found.identifiable)} of {len(found.stretches)} stretches can be identified"
-    return inert(f"{count}; the best: K = {best.K:.3g} ± {best.sd[0]:.2g}", 90)
+    return f"{name}: {count}; the best: K = {best.K:.3g} ± {best.sd[0]:.2g}"
 
 
 def _times(steps: object) -> list[float]:
