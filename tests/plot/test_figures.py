@@ -109,6 +109,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "robustness": plot.robustness(pt.tune.robustness(tuning, fits[0])),
         "rules": plot.rules(pt.tune.compare(fits[0]), of=rec),
         "step_modes": plot.step_modes(*stepped()),
+        "stretches": plot.stretches(rec, pt.analyze.informative(rec)),
     }
 
 

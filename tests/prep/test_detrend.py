@@ -1,6 +1,7 @@
 """Means go, everything else stays."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pytest import approx
@@ -61,3 +62,27 @@ def test_twice_is_once():
     once = pt.prep.detrend(pt.datasets.hair_dryer())
     twice = pt.prep.detrend(once)
     assert twice.u == approx(once.u, abs=1e-12) and twice.y == approx(once.y, abs=1e-12)
+
+
+def test_a_line_is_that_of_numpy_and_the_reference_moves_with_it():
+    rng = np.random.default_rng(3)
+    t = np.arange(100) * 0.5
+    u, y = rng.normal(size=100) + 0.2 * t, rng.normal(size=100) - 0.7 * t + 40
+    rec = pt.Record(u=u, y=y, r=y + 1, Ts=0.5)
+    flat = pt.prep.detrend(rec, by="line")
+    assert flat.y[:, 0] == approx(y - np.polyval(np.polyfit(t, y, 1), t), abs=1e-9)
+    assert flat.u[:, 0] == approx(u - np.polyval(np.polyfit(t, u, 1), t), abs=1e-9)
+    assert flat.r - flat.y == approx(np.ones((100, 1)))
+    assert "removed lines" in flat.log[-1]
+    again = pt.prep.detrend(flat, by="line")
+    assert again.y == approx(flat.y, abs=1e-12)
+
+
+def test_levels_between_steps_are_removed():
+    y = 3.0 + 5.0 * (np.arange(300) >= 120) + 0.1 * np.random.default_rng(4).normal(size=300)
+    rec = pt.prep.detrend(pt.Record(u=np.full(300, 7.0), y=y, Ts=1.0), by="steps")
+    assert abs(rec.y[:120].mean()) < 1e-9
+    assert abs(rec.y[120:].mean()) < 1e-9
+    assert "at row 120" in rec.log[-1]
+    with pytest.raises(pt.UsageError):
+        pt.prep.detrend(rec, by="spline")

@@ -99,7 +99,11 @@ impl<'a> Record<'a> {
     pub fn check_uniform(&self, limits: &Limits) -> Result<()> {
         let (Some(t), Some(k)) = (self.t, self.first_odd_step(limits)) else { return Ok(()) };
         let off = ((t[k] - t[k - 1]) / self.Ts - 1.0).abs();
-        let text = format!("not uniformly sampled: a step is off by {:.0} % of Ts = {} s", 100.0 * off, rounded(self.Ts));
+        let text = format!(
+            "not uniformly sampled: a step is off by {:.0} % of Ts = {} s",
+            100.0 * off,
+            rounded(self.Ts)
+        );
         Err(Error::new("D15", text)
             .at(Place { column: "time".into(), row: Some(k), time: Some(t[k]) })
             .measured(off, ODD * limits.D15)

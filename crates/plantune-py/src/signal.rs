@@ -262,6 +262,9 @@ fn offset_steps<'py>(py: Python<'py>, x: PyReadonlyArray1<'py, f64>) -> Outcome<
     })
 }
 
+/// Level, slope and middle time of a line.
+type LineOut = (f64, f64, f64);
+
 /// `x` without the line of each column over its rows that count, and level and slope of each.
 #[pyfunction]
 fn remove_lines<'py>(
@@ -269,7 +272,7 @@ fn remove_lines<'py>(
     x: PyReadonlyArray2<'py, f64>,
     t: PyReadonlyArray1<'py, f64>,
     valid: PyReadonlyArray2<'py, bool>,
-) -> Outcome<(Matrix<'py>, Vec<(f64, f64, f64)>)> {
+) -> Outcome<(Matrix<'py>, Vec<LineOut>)> {
     let width = x.shape()[1];
     let (x, valid) = (x.as_slice().map_err(PyErr::from)?, valid.as_slice().map_err(PyErr::from)?);
     let t = t.as_slice().map_err(PyErr::from)?;
@@ -284,7 +287,7 @@ fn without_lines<'py>(
     py: Python<'py>,
     x: PyReadonlyArray2<'py, f64>,
     t: PyReadonlyArray1<'py, f64>,
-    lines: Vec<(f64, f64, f64)>,
+    lines: Vec<LineOut>,
 ) -> Outcome<Matrix<'py>> {
     let (x, t) = (x.as_slice().map_err(PyErr::from)?, t.as_slice().map_err(PyErr::from)?);
     let lines: Vec<signal::Line> =

@@ -30,7 +30,17 @@ Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermMod
 
 
 class OffsetStep(NamedTuple):
-    """A step of the offset: a load that came on, or the level of another experiment."""
+    """A step of the offset: a load that came on, or the level of another experiment.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> rec = pt.datasets.engine_loop(noise_var=1.5)
+    >>> loaded = pt.Record(u=rec.u, y=rec.y[:, 0] + 20.0 * (rec.time >= 5), Ts=rec.Ts)
+    >>> step = pt.estimate.process(loaded, "P1D", offset="steps").steps[0]
+    >>> step.time, round(step.size)
+    (5.0, 20)
+    """
 
     row: int
     """Row of the record from which on the offset is another one."""
@@ -184,8 +194,8 @@ class Fit:
         sizes = [step.size for step in self.steps]
         if rec.N == sum(last - first + 1 for first, last in self.rows):
             return [step.row for step in self.steps], sizes
-        ascending = bool((rec.rows[1:] > rec.rows[:-1]).all())
-        if not ascending or len(self.rows) > 1 and not (self.rows[1:, 0] > self.rows[:-1, 1]).all():
+        ascending = (rec.rows[1:] > rec.rows[:-1]).all()
+        if not ascending or not (self.rows[1:, 0] > self.rows[:-1, 1]).all():
             return [], []
         numbers = np.concatenate([np.arange(first, last + 1) for first, last in self.rows])
         found = np.searchsorted(rec.rows, numbers[[step.row for step in self.steps]])
@@ -383,9 +393,9 @@ class Fit:
         for i, variance in enumerate(np.diag(self.P)[len(self.theta) :]):
             name = f"offset{i + 1}" if len(self.offset) > 1 else "offset"
             lines.append(f"  {name:<{width}} {self.offset[i]:12.6g} ± {np.sqrt(variance):.3g}")
-        for step in self.steps:
+        for load in self.steps:
             lines.append(
-                f"  {'step':<{width}} {step.size:12.6g} ± {step.sd:.3g} from {step.time:g} s on"
+                f"  {'step':<{width}} {load.size:12.6g} ± {load.sd:.3g} from {load.time:g} s on"
             )
         tail = f"  {self.N} rows, loss {self.loss:.4g}, {self.status}"
         return "\n".join([self.method + head, *lines, tail, *(f"  {n}" for n in self.notes)])

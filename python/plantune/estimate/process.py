@@ -26,7 +26,8 @@ def process(
     Parameters
     ----------
     rec : Record
-        One output; segments and `valid` are honoured.
+        One output; segments and `valid` are honoured.  Stamps that are not uniform are served
+        exactly by one or two lags with a dead time (P1, P1D, P2, P2D) of one input.
     code : str, or one per input
         `P0` to `P3`, the number of lags, with any of the letters `D` a dead time, `Z` a zero,
         `I` an integrator, `U` a pair `T^2 s^2 + 2 zeta T s + 1` in place of the first two lags:
@@ -53,8 +54,9 @@ def process(
     Fit
         `theta` is `K, T1 ..., L, Tz, zeta`, the last two where the code has them, `L = 0` where it
         has no `D`; of several inputs `K[power]` and so on.  `P` their covariance, then the
-        offset's.  `steps` says where `O` changes.  `interval("L")` is the profile's.  `model` is a ProcessModel; of several
-        inputs the PolyModel that samples all, their process models in `plants`.
+        offset's.  `steps` says where `O` changes.  `interval("L")` is the profile's.  `model` is a
+        ProcessModel; of several inputs the PolyModel that samples all, their process models in
+        `plants`.
 
     Raises
     ------
@@ -62,6 +64,8 @@ def process(
         The input stands still (X01), too few rows (X03), nothing of y follows u (X04), delays
         beyond a third of the record (X05), `T` of a first order clearly below two sample times
         (M09).
+    DataError
+        Stamps that are not uniform, and another structure than these (D15).
 
     Notes
     -----

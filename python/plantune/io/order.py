@@ -106,7 +106,9 @@ def with_step(draft: Draft, choice: Choice) -> Draft:
 def as_stamped(draft: Draft, choice: Choice) -> Draft:
     """Keep the stamps as they are; the sample time is their mean step."""
     if draft.t is None or choice.resample is not None or choice.Ts is not None:
-        lacks = "needs a column of time stamps" if draft.t is None else "takes no `Ts` or `resample`"
+        lacks = (
+            "needs a column of time stamps" if draft.t is None else "takes no `Ts` or `resample`"
+        )
         raise refusal("U01", f"`stamps` = 'irregular' {lacks}", remedy="name the column: time=")
     step = _core.mean_step(np.ascontiguousarray(draft.t), draft.starts.tolist())
     if step is None:

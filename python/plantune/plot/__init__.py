@@ -20,6 +20,7 @@ from plantune.plot.rules import rules
 from plantune.plot.spectrum import spectrum
 from plantune.plot.step import step
 from plantune.plot.step_modes import step_modes
+from plantune.plot.stretches import stretches
 from plantune.plot.tracking import tracking
 
 __all__ = [
@@ -43,5 +44,6 @@ __all__ = [
     "spectrum",
     "step",
     "step_modes",
+    "stretches",
     "tracking",
 ]

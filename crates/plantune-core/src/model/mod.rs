@@ -18,8 +18,8 @@ mod term_model;
 mod terms;
 mod transfer;
 
-pub use at_stamps::{AtStamps, Stamped, States};
 pub use approximate::{Delay, approximated};
+pub use at_stamps::{AtStamps, Stamped, States};
 pub use convert::{c2d, check_fopdt, d2c};
 pub use fopdt::{Fopdt, Fraction};
 pub use freqresp::{Bode, FrequencyResponse, disc, seen};

@@ -8,7 +8,7 @@
 //! sd of a step: sqrt(s2 r (1/n1 + 1/n2)), n1 and n2 the rows on its two sides up to the next step
 //! ```
 //!
-//! In white noise the limit makes a false step in fewer than one of 300 signals. A ramp would be cut into stairs;
+//! In white noise the limit makes a false step in about one of 300 signals. A ramp would be cut into stairs;
 //! where a straight line explains more than the steps found, for its fewer parameters, it is said instead.
 
 use std::ops::Range;

@@ -23,8 +23,11 @@ impl<'r, 'a> Irregular<'r, 'a> {
         let Some(t) = rec.t.filter(|_| rec.is_irregular(&Limits::default())) else { return Ok(None) };
         match model {
             Model::Process(plant) if plant.is_lags() => Ok(Some(Irregular { rec, t, plant: plant.clone() })),
-            _ => Err(Error::new("D15", "not uniformly sampled, and this model has no exact step from stamp to stamp")
-                .remedy("prep.resample(rec, Ts) first; P1D and P2D process models take such stamps as they are")),
+            _ => Err(Error::new(
+                "D15",
+                "not uniformly sampled, and this model has no exact step from stamp to stamp",
+            )
+            .remedy("prep.resample(rec, Ts) first; P1D and P2D process models take such stamps as they are")),
         }
     }
 

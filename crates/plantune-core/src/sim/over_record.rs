@@ -175,13 +175,7 @@ fn predicted_error(
     response
 }
 
-fn segment_triangle(
-    rec: &Record,
-    rows: Range<usize>,
-    r: &Response,
-    local: usize,
-    shared: usize,
-) -> Triangle {
+fn segment_triangle(rec: &Record, rows: Range<usize>, r: &Response, local: usize, shared: usize) -> Triangle {
     let n = local + shared + 1;
     let (mut triangle, mut block) = (Triangle::new(n), Block::new(n));
     let mut row = vec![0.0; n];

@@ -115,7 +115,8 @@ impl Chain {
     pub(super) fn new(code: Code, p: &[f64], m: usize, slopes: bool) -> Self {
         let f = if code.delay { (p[p.len() - 1] - m as f64).clamp(0.0, 1.0) } else { 0.0 };
         let plant = Plant::of(code, p);
-        let mut chain = Chain { code, p: p.to_vec(), step: Step::default(), slopes: Vec::new(), m, late: f > 0.0 };
+        let mut chain =
+            Chain { code, p: p.to_vec(), step: Step::default(), slopes: Vec::new(), m, late: f > 0.0 };
         if !slopes {
             let [whole, short] = [1.0, 1.0 - f].map(|h| exponential(&plant.bordered(h), plant.n + 1));
             chain.step = Step::of(&plant, &whole, &short);

@@ -37,7 +37,8 @@ pub(super) fn check(rec: &Record, codes: &[Code], noise: (usize, usize), limits:
         return Ok(());
     }
     let text = "not uniformly sampled: from stamp to stamp only P1D and P2D of one input, with white noise, are exact";
-    Err(Error::new("D15", text).remedy("ask for P1D or P2D with noise=\"white\", or prep.resample(rec, Ts) first"))
+    Err(Error::new("D15", text)
+        .remedy("ask for P1D or P2D with noise=\"white\", or prep.resample(rec, Ts) first"))
 }
 
 impl Problem<'_, '_> {

@@ -34,6 +34,8 @@ pub(super) struct Problem<'r, 'a> {
     pub(super) offset: bool,
     /// Rows from which on the offset is another one.
     pub(super) steps: Vec<usize>,
+    /// Whether the offset also drifts along a line.
+    pub(super) line: bool,
     pub(super) u: Vec<Vec<f64>>,
     pub(super) y: Vec<f64>,
     pub(super) scale_u: Vec<Scale>,
@@ -64,7 +66,11 @@ impl Stretch {
 
     /// First residual row when segments not at rest give `history` steps away.
     pub(super) fn first(&self, history: usize) -> usize {
-        if self.at_rest { self.rows.start } else { (self.rows.start + self.given(history)).min(self.rows.end) }
+        if self.at_rest {
+            self.rows.start
+        } else {
+            (self.rows.start + self.given(history)).min(self.rows.end)
+        }
     }
 }
 
@@ -159,6 +165,7 @@ impl<'r, 'a> Problem<'r, 'a> {
             noise: (0, 0),
             offset: options.offset,
             steps: options.offset_of.known(rec),
+            line: false,
             y: y.iter().map(|&x| scale_y.apply(x)).collect(),
             u,
             scale_u,
@@ -204,7 +211,7 @@ impl<'r, 'a> Problem<'r, 'a> {
 
     /// Columns of them that are the offset and its steps.
     pub(super) fn levels(&self) -> usize {
-        usize::from(self.offset) + self.steps.len()
+        usize::from(self.offset) + self.steps.len() + usize::from(self.line)
     }
 
     /// Number of coordinates of a point.
@@ -358,6 +365,9 @@ impl<'r, 'a> Problem<'r, 'a> {
         for &row in &self.steps {
             forced.push((0..len).map(|k| f64::from(u8::from(s.rows.start + first + k >= row))).collect());
         }
+        if self.line {
+            forced.push((0..len).map(|k| (s.rows.start + first + k) as f64 / self.y.len() as f64).collect());
+        }
         free.into_iter().chain(forced).collect()
     }
 
@@ -432,7 +442,8 @@ impl<'r, 'a> Problem<'r, 'a> {
         };
         let (mut sum, mut count) = (0.0, 0);
         for (s, e) in self.stretches(point.history).zip(&errors).filter(|(s, _)| s.at_rest) {
-            let given = (0..s.given(point.history).min(e.len())).filter(|k| self.rec.is_valid(s.rows.start + k, 0));
+            let given =
+                (0..s.given(point.history).min(e.len())).filter(|k| self.rec.is_valid(s.rows.start + k, 0));
             for k in given {
                 sum += e[k] * e[k];
                 count += 1;

@@ -97,7 +97,8 @@ impl Problem<'_, '_> {
         let y: Vec<f64> = rows.iter().map(|&k| y[k]).collect();
         let (low, high) = if code.delay { self.bounds } else { (0.0, 0.0) };
         let stride = ((high - low) / DELAYS as f64).max(1.0);
-        let delays: Vec<f64> = (0..=DELAYS).map(|i| low + 0.5 + i as f64 * stride).take_while(|L| *L < high + 1.0).collect();
+        let delays: Vec<f64> =
+            (0..=DELAYS).map(|i| low + 0.5 + i as f64 * stride).take_while(|L| *L < high + 1.0).collect();
         let mut map = Vec::new();
         for shape in self.shapes(code) {
             for &L in &delays {

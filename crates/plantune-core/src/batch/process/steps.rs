@@ -8,13 +8,13 @@
 //! ```
 //!
 //! The order matters. Free `T` and `L` bend to a step that is not seen yet: `T` grows until the free response
-//! looks like it; and to take levels off y in turn does not converge. The scan is
-//! [`crate::signal::offset_steps`].
+//! looks like it; and to take levels off y in turn does not converge. At last a fit with a line in place of the
+//! steps is compared by BIC: a drift is no load. The scan is [`crate::signal::offset_steps`].
 
 use super::super::fit::Status;
 use super::problem::{Point, Problem};
 use crate::note::Note;
-use crate::signal::{level_steps, offset_steps};
+use crate::signal::level_steps;
 
 /// Rounds of steps and fit.
 const ROUNDS: usize = 8;
@@ -38,11 +38,30 @@ impl Problem<'_, '_> {
             let minima = starts.into_iter().chain(self.starts()).filter_map(|x| self.search(x));
             best = self.best(&minima.collect::<Vec<Point>>())?;
         }
-        // Only now: the errors of a rough plant may look like anything.
-        offset_steps(&self.errors_of_plant(&best)?.1).slope?;
+        if !self.drifts_along_a_line(&best)? {
+            return None;
+        }
         self.steps.clear();
         let text = "the offset drifts along a line rather than in steps";
         Some(Note::warning("M08", text).remedy("prep.detrend(rec, by=\"line\") first"))
+    }
+
+    /// Whether a fit with a line leaves less than that with the steps, by BIC.
+    fn drifts_along_a_line(&mut self, with_steps: &Point) -> Option<bool> {
+        if self.steps.is_empty() {
+            return Some(false);
+        }
+        let steps = std::mem::take(&mut self.steps);
+        self.line = true;
+        let starts = self.starts().into_iter().chain([with_steps.x.clone()]);
+        let minima: Vec<Point> = starts.filter_map(|x| self.search(x)).collect();
+        let with_line = self.best(&minima);
+        (self.line, self.steps) = (false, steps);
+        let bic = |point: &Point, n: usize| {
+            let N = self.rows(point.history) as f64;
+            N * (point.cost / N).max(f64::MIN_POSITIVE).ln() + n as f64 * N.ln()
+        };
+        Some(bic(&with_line?, 1) < bic(with_steps, 2 * self.steps.len()))
     }
 
     /// The best place of a map that no level moves.
