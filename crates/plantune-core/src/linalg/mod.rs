@@ -8,14 +8,18 @@ mod gram;
 mod kernel;
 mod levenberg;
 mod lines;
+mod logarithm;
 mod nnls;
 mod qr;
 mod recursion;
 mod reflect;
+mod riccati;
+mod schur;
 mod segmented;
 mod simplex;
 mod solve;
 mod square;
+mod svd;
 
 pub use congruence::congruence;
 #[cfg(test)]
@@ -27,12 +31,16 @@ pub use gram::Gram;
 pub use kernel::{dot, extent, fetch, scale_into, sum, vectorised};
 pub use levenberg::{MOST_STEPS, Minimum, Residuals, TIE, minimise};
 pub use lines::Lines;
+pub use logarithm::logarithm;
 pub use nnls::{NonNegative, nnls};
 pub use qr::{BLOCK, Block, Triangle};
 pub use recursion::Recursion;
+pub use riccati::{kalman_gain, lyapunov};
+pub use schur::stabilised;
 pub use segmented::Segmented;
 pub use simplex::simplex;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve, solve_damped};
 pub use square::left_divide;
+pub use svd::{Matrix, Svd, least_squares, left_singular, lower, pseudo_inverse, svd, symmetric_power};
 
 pub use nalgebra::Complex;
