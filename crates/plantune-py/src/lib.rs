@@ -21,6 +21,7 @@ mod recursive;
 mod signal;
 mod sim;
 mod step_modes;
+mod subspace;
 mod terms;
 mod tune;
 mod uncertainty;
@@ -43,6 +44,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         terms::register,
         uncertainty::register,
         step_modes::register,
+        subspace::register,
         recursive::register,
         bank::register,
         hysteresis::register,

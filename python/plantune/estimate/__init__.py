@@ -22,6 +22,9 @@ from plantune.estimate.saved import load_fit, save_fit
 from plantune.estimate.sps import ArxRegion, Region, sps, sps_arx
 from plantune.estimate.srivc import srivc
 from plantune.estimate.step_modes import StepModes, idt
+from plantune.estimate.subspace import pbsid, subspace
+from plantune.estimate.subspace_bands import SubspaceBands, subspace_bands
+#from plantune.estimate.subspace_frequency import FrequencyFit, subspace_frequency
 
 __all__ = [
     "ArxRegion",
@@ -36,6 +39,7 @@ __all__ = [
     "Region",
     "Root",
     "StepModes",
+    "SubspaceBands",
     "ararmax",
     "ararx",
     "areas",
@@ -51,6 +55,7 @@ __all__ = [
     "load_fit",
     "oe",
     "order",
+    "pbsid",
     "poly",
     "process",
     "sandwich",
@@ -58,4 +63,6 @@ __all__ = [
     "sps",
     "sps_arx",
     "srivc",
+    "subspace",
+    "subspace_bands",
 ]

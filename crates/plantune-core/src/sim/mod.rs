@@ -17,6 +17,7 @@ mod relay;
 mod schedule;
 mod settings;
 mod state;
+mod states_ahead;
 mod varying;
 
 pub use actuator::Actuator;
