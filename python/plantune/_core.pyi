@@ -15,6 +15,7 @@ from typing_extensions import Unpack
 from plantune.adapt.settings import Settings
 from plantune.models import (
     PID,
+    FrequencyResponse,
     MatrixPolyModel,
     PolyModel,
     ProcessModel,
@@ -164,6 +165,31 @@ def freqresp(model: Model, input: int, w: Floats) -> Complexes:
 
 def phase_deg(model: Model, input: int, w: Floats) -> Floats:
     """Phase in degrees, unwrapped, the delay counted in full."""
+
+def check_frequency_response(response: FrequencyResponse) -> None:
+    """Refuse frequencies that do not ascend or lie beyond `pi/Ts`, points that are no numbers."""
+
+def disc_factor() -> float:
+    """Radius of a 95 % disc over the standard deviation of the complex error."""
+
+def frequency_bode(
+    response: FrequencyResponse, output: int, input: int, keep: Sequence[bool]
+) -> tuple[list[Floats], list[Floats]]:
+    """Magnitude, low, high; phase in degrees, low, high; NaN where not kept."""
+
+def frequency_seen(model: Model, input: int, Ts: float | None, w: Floats) -> Complexes:
+    """Response of a model as data show it: sampled behind a zero-order hold if `Ts` is given."""
+
+def frequency_fit(
+    response: FrequencyResponse,
+    output: int,
+    input: int,
+    structure: str | tuple[int, int, int, bool],
+) -> Fields:
+    """Fit a process code, or polynomials `nb, nf, nk, delay`."""
+
+def frequency_verdict(response: FrequencyResponse, model: Model) -> Fields:
+    """Distance of a model from the points in radii (n, nu), and whether it passes."""
 
 def step_response(model: Model, input: int, t: Floats) -> Floats: ...
 def poles(model: Model) -> Complexes:
@@ -416,6 +442,30 @@ def exclude(
 
 def spikes(rec: Record, limits: Limits) -> tuple[list[int], list[int], list[Fields]]:
     """Row of the record and output of each spike (D19), and a note per output."""
+
+def noise(
+    rec: Record,
+    column: int,
+    parts: int | None,
+    lags: int | None,
+    way: tuple[int | None, float, str],
+    limits: Limits,
+) -> Fields:
+    """Moments, histogram, autocorrelation, spectra and parts of a signal; inputs count first."""
+
+def spectrum(
+    rec: Record, column: int, way: tuple[int | None, float, str], limits: Limits
+) -> Fields:
+    """Welch's density of a signal: rows of a stretch, overlap and window in `way`."""
+
+def response(rec: Record, way: Fields, memory: float | None, limits: Limits) -> Fields:
+    """Frequency response (n, ny, nu) flat, discs and coherence; `memory` is T + L in seconds."""
+
+def coherence(rec: Record, way: Fields, memory: float | None, limits: Limits) -> Fields:
+    """Coherence of each pair (n, ny, nu) flat, of all inputs together, and bands."""
+
+def excitation(rec: Record, limits: Limits) -> tuple[list[Fields], float | None]:
+    """Excitation of each input, and T + L in seconds where a quick model gives it."""
 
 def excitation_orders(rec: Record, most: int, limits: Limits) -> list[int]:
     """Parameters of a linear model that each input supports (X02), up to `most`."""

@@ -13,11 +13,13 @@ mod batch;
 mod error;
 mod forecast;
 mod forms;
+mod freqresp;
 mod hysteresis;
 mod matrix;
 mod model;
 mod note;
 mod recursive;
+mod sight;
 mod signal;
 mod sim;
 mod step_modes;
@@ -37,6 +39,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         values::register,
         signal::register,
         model::register,
+        freqresp::register,
         matrix::register,
         sim::register,
         forecast::register,
@@ -49,6 +52,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         bank::register,
         hysteresis::register,
         analyze::register,
+        sight::register,
         validate::register,
         tune::register,
         forms::register,

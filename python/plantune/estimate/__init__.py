@@ -10,6 +10,7 @@ from plantune.estimate.candidates import candidates
 from plantune.estimate.derived import Curve, Derived, Root
 from plantune.estimate.fit import Fit
 from plantune.estimate.forecast import Forecast
+from plantune.estimate.frequency import frequency
 from plantune.estimate.idt_criterion import IdtCriterion, idt_criterion
 from plantune.estimate.iv4 import iv4
 from plantune.estimate.least_squares import least_squares
@@ -24,7 +25,7 @@ from plantune.estimate.srivc import srivc
 from plantune.estimate.step_modes import StepModes, idt
 from plantune.estimate.subspace import pbsid, subspace
 from plantune.estimate.subspace_bands import SubspaceBands, subspace_bands
-#from plantune.estimate.subspace_frequency import FrequencyFit, subspace_frequency
+from plantune.estimate.subspace_frequency import FrequencyFit, subspace_frequency
 
 __all__ = [
     "ArxRegion",
@@ -33,6 +34,7 @@ __all__ = [
     "Derived",
     "Fit",
     "Forecast",
+    "FrequencyFit",
     "IdtCriterion",
     "OrderRow",
     "OrderTable",
@@ -48,6 +50,7 @@ __all__ = [
     "bj",
     "bootstrap",
     "candidates",
+    "frequency",
     "idt",
     "idt_criterion",
     "iv4",
@@ -65,4 +68,5 @@ __all__ = [
     "srivc",
     "subspace",
     "subspace_bands",
+    "subspace_frequency",
 ]

@@ -2,6 +2,7 @@
 
 from plantune.models.convert import c2d, d2c
 from plantune.models.forms import Form, Nearest
+from plantune.models.frequency_response import FrequencyResponse
 from plantune.models.matrix_poly import MatrixPolyModel
 from plantune.models.pid import PID
 from plantune.models.poly import PolyModel
@@ -13,6 +14,7 @@ from plantune.models.transfer import TransferFunction
 __all__ = [
     "PID",
     "Form",
+    "FrequencyResponse",
     "MatrixPolyModel",
     "Nearest",
     "PolyModel",

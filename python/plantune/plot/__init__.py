@@ -6,13 +6,16 @@ from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
 from plantune.plot.forc import forc
+from plantune.plot.frequency import frequency
 from plantune.plot.hysteresis import hysteresis
 from plantune.plot.margins import margins
+from plantune.plot.noise import noise
 from plantune.plot.record import record
 from plantune.plot.relay import relay
 from plantune.plot.residuals import residuals
 from plantune.plot.robustness import robustness
 from plantune.plot.rules import rules
+from plantune.plot.spectrum import spectrum
 from plantune.plot.step import step
 from plantune.plot.step_modes import step_modes
 from plantune.plot.tracking import tracking
@@ -24,13 +27,16 @@ __all__ = [
     "compare",
     "delay",
     "forc",
+    "frequency",
     "hysteresis",
     "margins",
+    "noise",
     "record",
     "relay",
     "residuals",
     "robustness",
     "rules",
+    "spectrum",
     "step",
     "step_modes",
     "tracking",

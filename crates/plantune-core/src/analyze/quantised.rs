@@ -10,6 +10,7 @@
 use crate::limits::Limits;
 use crate::note::{Note, rounded};
 use crate::record::Record;
+use crate::stats::median;
 
 /// Share of the travel below which two values are the same.
 const SAME: f64 = 1e-9;
@@ -46,6 +47,44 @@ pub fn resolution(rec: &Record, output: usize) -> Resolution {
         amplitude: if middle > 0.0 { middle } else { travel },
         levels: steps.len() + 1,
     }
+}
+
+/// Share of the distances between values that must be multiples of a step, and how far from a whole one.
+const MULTIPLES: f64 = 0.98;
+const OFF: f64 = 0.05;
+
+/// The largest step of which the distances between neighbouring values are multiples; None if there is none.
+///
+/// The least distance of two values is tried, its half and its third, each sharpened by
+/// `q <- sum gaps / sum round(gaps/q)`. Chance would make one distance in ten a multiple to a twentieth of a step.
+pub fn step_of_reading(y: &[f64]) -> Option<f64> {
+    let moves: Vec<f64> = y.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 0.0).collect();
+    let (changes, rows) = (moves.len() + 1, y.len());
+    let mut values = y.to_vec();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    // Hardly a value comes back, and hardly one is held: not read in steps.
+    if values.len() < 3 || (2 * values.len() > changes && 20 * (rows - changes) < rows) {
+        return None;
+    }
+    let size = values[0].abs().max(values[values.len() - 1].abs());
+    let gaps: Vec<f64> = values.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 1e-12 * size).collect();
+    let (least, total) = (gaps.iter().copied().reduce(f64::min)?, gaps.iter().sum::<f64>());
+    let usual = median(moves);
+    for part in [1.0, 2.0, 3.0] {
+        let mut q = least / part;
+        if q < 1e-3 * usual {
+            return None;
+        }
+        for _ in 0..5 {
+            q = total / gaps.iter().map(|gap| (gap / q).round().max(1.0)).sum::<f64>();
+        }
+        let fits = gaps.iter().filter(|gap| (*gap / q - (*gap / q).round()).abs() < OFF).count();
+        if fits as f64 >= MULTIPLES * gaps.len() as f64 {
+            return Some(q);
+        }
+    }
+    None
 }
 
 /// M04 of one output: a warning beyond the share M04 of its amplitude, an error where it has one value.

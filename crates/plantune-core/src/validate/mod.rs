@@ -3,6 +3,7 @@
 mod closed_loop;
 mod expected;
 mod feedback;
+mod frequency;
 mod judge;
 mod line;
 mod matrix_verdict;
@@ -16,6 +17,7 @@ mod verdict;
 pub use closed_loop::p_of_feedback;
 pub use expected::{Expected, expected};
 pub use feedback::{Estimated, Feedback};
+pub use frequency::{FrequencyVerdict, frequency};
 pub use judge::{Delay, Rival, Scores, judge};
 pub use matrix_verdict::check_output;
 pub use noisy_regressors::noisy_regressors;
