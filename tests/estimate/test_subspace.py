@@ -63,6 +63,9 @@ def test_slicots_printed_example():
 @pytest.mark.parametrize("method", METHODS)
 def test_the_oracle_on_the_hair_dryer(method):
     rec = pt.datasets.hair_dryer()
+    if method == "cva":  # which gives the states units of their own: ours are of scaled signals
+        u, y = (x / np.sqrt(np.mean(x**2)) for x in (rec.u, rec.y))
+        rec = pt.Record(u=u, y=y, Ts=rec.Ts)
     W1, U, S = subspace.singular(rec.u, rec.y, 15, method)
     ours = pt.estimate.subspace(rec, 4, method=method, variant="combined", offset=False)
     assert ours.singular_values == approx(S, rel=1e-9)

@@ -92,7 +92,7 @@ def subspace(
     >>> import plantune as pt
     >>> fit = pt.estimate.subspace(pt.datasets.hair_dryer(), 4)
     >>> print(fit.model.poles().round(2))
-    [0.88+0.j   0.68+0.24j 0.68-0.24j 0.51+0.j  ]
+    [0.47+0.21j 0.47-0.21j 0.76+0.j   0.95+0.j  ]
 
     SLICOT's printed example, IB01AD and IB01BD:
 

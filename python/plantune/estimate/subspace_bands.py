@@ -61,7 +61,8 @@ class SubspaceBands:
 
     def magnitude(self, w: ArrayLike) -> Curve:
         """Return the magnitudes (len(w), ny, nu) at `w` rad/s, and their standard deviations."""
-        return _curve(abs(self.model.freqresp(w)), [abs(m.freqresp(w)) for m in self.models])
+        own, *drawn = (np.abs(m.freqresp(w)) for m in (self.model, *self.models))
+        return _curve(own, drawn)
 
     def phase(self, w: ArrayLike) -> Curve:
         """Return the phases (len(w), ny, nu) in degrees, and their standard deviations.

@@ -352,7 +352,7 @@ class StateSpace:
         >>> model = StateSpace(A=[[0.9, 0], [0, 0.1]], B=[[1], [0.1]], C=[[1, 0.1]], Ts=1.0)
         >>> small, hankel, bound = model.reduce(1)
         >>> hankel.round(4), bool(abs(model.dc_gain() - small.dc_gain()).max() <= bound)
-        (array([5.2642e+00, 9.0000e-03]), True)
+        (array([5.2655, 0.0078]), True)
         """
         model, hankel, bound = _core.states_reduced(self, n)
         return Reduction(self.of_core(model), hankel, bound)
