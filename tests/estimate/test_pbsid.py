@@ -50,6 +50,17 @@ def test_the_loop_bends_moesp_and_not_pbsid():
     assert bias["moesp"] > 0.3  # this loop is tighter than the engine's
 
 
+def test_the_verdict_warns_of_feedback_all_but_pbsid():
+    est, val = loop(3).split(0.5)
+    for fit, codes in (
+        (pt.estimate.subspace(est, 2), 1),
+        (pt.estimate.pbsid(est, 2, past=15, future=8), 0),
+    ):
+        found = [note for note in pt.validate.check(val, fit).notes if note.code == "X09"]
+        assert len(found) == codes
+        assert all("pbsid" in note.text for note in found)
+
+
 def test_levels_and_one_step_errors():
     rec = loop(1)
     moved = pt.Record(u=rec.u + 40.0, y=rec.y + 300.0, Ts=1.0)

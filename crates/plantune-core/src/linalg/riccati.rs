@@ -51,7 +51,7 @@ pub fn lyapunov(A: &Matrix, Q: &Matrix) -> Option<Matrix> {
         X += &step;
         power = &power * &power;
         if step.norm() <= 1e-16 * X.norm() {
-            return Some(0.5 * (&X + X.transpose()));
+            return X.norm().is_finite().then(|| 0.5 * (&X + X.transpose()));
         }
     }
     None
