@@ -1,5 +1,6 @@
 //! The only door to matrices: streaming QR, rank-revealing solution, eigenvalues, draws.
 
+mod blocked;
 mod congruence;
 mod draws;
 mod eigen;
@@ -22,6 +23,7 @@ mod solve;
 mod square;
 mod svd;
 
+pub use blocked::triangle_of;
 pub use congruence::congruence;
 #[cfg(test)]
 pub use draws::white;
@@ -43,6 +45,8 @@ pub use segmented::Segmented;
 pub use simplex::simplex;
 pub use solve::{RankDeficient, Solution, residual_norm2, solve, solve_damped};
 pub use square::left_divide;
-pub use svd::{Matrix, Svd, least_squares, left_singular, lower, pseudo_inverse, svd, symmetric_power};
+pub use svd::{
+    Matrix, Svd, least_squares, left_singular, lower, over_triangle, pseudo_inverse, svd, symmetric_powers,
+};
 
 pub use nalgebra::Complex;

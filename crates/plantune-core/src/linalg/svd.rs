@@ -100,12 +100,23 @@ pub fn left_singular(M: &Matrix) -> (Matrix, Vec<f64>) {
     (U, S)
 }
 
-/// A power of a symmetric matrix without negative eigenvalues; those below `floor` of the largest count as that.
-pub fn symmetric_power(P: &Matrix, power: f64, floor: f64) -> Matrix {
+/// Powers of a symmetric matrix without negative eigenvalues; those below `floor` of the largest count as that.
+pub fn symmetric_powers<const K: usize>(P: &Matrix, powers: [f64; K], floor: f64) -> [Matrix; K] {
     let Svd { U, S, .. } = svd(P);
     let most = S.first().copied().unwrap_or(0.0);
-    let scaled = Matrix::from_fn(U.nrows(), U.ncols(), |i, j| U[(i, j)] * S[j].max(floor * most).powf(power));
-    scaled * U.transpose()
+    powers.map(|p| {
+        let size = |j: usize| S[j].max(floor * most).powf(p);
+        Matrix::from_fn(U.nrows(), U.ncols(), |i, j| U[(i, j)] * size(j)) * U.transpose()
+    })
+}
+
+/// `M L^+` of a lower triangle; by substitution where no diagonal is below `tolerance` of the largest.
+pub fn over_triangle(M: &Matrix, L: &Matrix, tolerance: f64) -> Matrix {
+    let diagonal = L.diagonal().map(f64::abs);
+    let solved = (diagonal.min() > tolerance * diagonal.max())
+        .then(|| L.transpose().solve_upper_triangular(&M.transpose()))
+        .flatten();
+    solved.map_or_else(|| M * pseudo_inverse(L, tolerance), |X| X.transpose())
 }
 
 /// `L = R'` of a triangle.
@@ -171,8 +182,18 @@ mod tests {
     fn a_root_squared_is_the_matrix() {
         let M = Matrix::from_vec(6, 9, white(54, 5));
         let P = &M * M.transpose();
-        let root = symmetric_power(&P, 0.5, 0.0);
+        let [root] = symmetric_powers(&P, [0.5], 0.0);
         assert!((&root * &root - &P).norm() < 1e-12 * P.norm());
+    }
+
+    #[test]
+    fn a_quotient_by_a_triangle_times_it_is_the_dividend() {
+        let mut L = Matrix::from_vec(6, 6, white(36, 4)).lower_triangle();
+        let M = Matrix::from_vec(2, 6, white(12, 6));
+        assert!((over_triangle(&M, &L, 1e-12) * &L - &M).norm() < 1e-10);
+        L.row_mut(3).fill(0.0);
+        let X = over_triangle(&M, &L, 1e-12);
+        assert!(((X * &L - M) * L.transpose()).norm() < 1e-10);
     }
 
     #[test]

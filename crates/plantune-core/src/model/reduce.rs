@@ -10,7 +10,7 @@
 
 use super::StateSpace;
 use crate::error::{Error, Result};
-use crate::linalg::{Matrix, Svd, lyapunov, svd, symmetric_power};
+use crate::linalg::{Matrix, Svd, lyapunov, svd, symmetric_powers};
 
 /// A model of fewer states, and what was cut off.
 pub struct Reduced {
@@ -47,7 +47,7 @@ pub fn reduce(model: &StateSpace, r: usize) -> Result<Reduced> {
     let reached = lyapunov(&model.A, &(&model.B * model.B.transpose())).ok_or_else(unstable)?;
     let seen = lyapunov(&model.A.transpose(), &model.C.tr_mul(&model.C)).ok_or_else(unstable)?;
     // Any factors serve, here the symmetric roots.
-    let (Lp, Lq) = (symmetric_power(&reached, 0.5, 0.0), symmetric_power(&seen, 0.5, 0.0));
+    let ([Lp], [Lq]) = (symmetric_powers(&reached, [0.5], 0.0), symmetric_powers(&seen, [0.5], 0.0));
     let Svd { U, S, Vt } = svd(&Lq.tr_mul(&Lp));
     let kept = S.iter().take(r).take_while(|h| **h > 1e-14 * S[0]).count();
     let scale =

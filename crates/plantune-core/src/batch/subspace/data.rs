@@ -10,8 +10,11 @@
 
 use std::ops::Range;
 
-use crate::linalg::{Block, Matrix, Triangle, lower};
+use crate::linalg::{Matrix, Triangle, lower, triangle_of};
 use crate::record::Record;
+
+/// Rows reflected at once, in numbers of columns: memory stays bounded, and the triangle above costs a quarter.
+const PART: usize = 4;
 
 /// A column of the record in units of its own.
 pub struct Column {
@@ -97,23 +100,25 @@ impl Signals {
     pub fn triangle(&self, rows: &[(&[f64], usize)], span: usize, offset: bool) -> Triangle {
         let one = usize::from(offset);
         let width = one + rows.len();
-        let (mut triangle, mut room) = (Triangle::new(width), Block::new(width));
-        for stretch in &self.stretches {
-            let end = (stretch.end + 1).saturating_sub(span);
-            let mut t = stretch.start;
-            while t < end {
-                let len = room.free().min(end - t);
-                if offset {
-                    room.next_rows(0, len).fill(1.0);
-                }
-                for (j, (x, row)) in rows.iter().enumerate() {
-                    room.next_rows(one + j, len).copy_from_slice(&x[t + row..][..len]);
-                }
-                room.grow(len);
-                t += len;
+        let mut triangle = Triangle::new(width);
+        let columns: Vec<usize> =
+            self.stretches.iter().flat_map(|s| s.start..(s.end + 1).saturating_sub(span)).collect();
+        for part in columns.chunks(PART * width) {
+            let above = if part[0] == columns[0] { 0 } else { width };
+            let mut M = Matrix::zeros(above + part.len(), width);
+            (0..above).for_each(|i| (i..width).for_each(|j| M[(i, j)] = triangle.at(i, j)));
+            if offset {
+                M.view_mut((above, 0), (part.len(), 1)).fill(1.0);
             }
+            for (j, (x, row)) in rows.iter().enumerate() {
+                let height = M.nrows();
+                M.as_mut_slice()[(one + j) * height..][above..height]
+                    .iter_mut()
+                    .zip(part)
+                    .for_each(|(entry, t)| *entry = x[t + row]);
+            }
+            triangle = triangle_of(M);
         }
-        triangle.absorb(&mut room);
         triangle.below(one)
     }
 }

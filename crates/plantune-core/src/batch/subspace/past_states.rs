@@ -10,7 +10,7 @@
 
 use super::data::{Factor, Signals};
 use super::weights::{TOLERANCE, Weighted};
-use crate::linalg::{Block, Matrix, Triangle, kalman_gain, least_squares, lower, pseudo_inverse, stabilised};
+use crate::linalg::{Block, Matrix, Triangle, kalman_gain, least_squares, lower, over_triangle, stabilised};
 
 /// The matrices of a model of the scaled signals.
 pub struct Matrices {
@@ -71,7 +71,7 @@ fn states(factor: &Factor, weighted: &Weighted, n: usize) -> Matrix {
     let mut left = weighted.U.columns(0, n).transpose();
     left.row_iter_mut().zip(&weighted.S).for_each(|(mut row, s)| row /= s.sqrt());
     let left = weighted.W1.as_ref().map_or(left.clone(), |W1| left * W1);
-    left * factor.block(b..all, a..b) * pseudo_inverse(&factor.block(a..b, a..b), TOLERANCE)
+    over_triangle(&(left * factor.block(b..all, a..b)), &factor.block(a..b, a..b), TOLERANCE)
 }
 
 /// Triangle of `[x(t) u(t) 1 x(t+1) y(t)]`.

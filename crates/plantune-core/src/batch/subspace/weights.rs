@@ -8,7 +8,7 @@
 //! ```
 
 use super::data::Factor;
-use crate::linalg::{Matrix, left_singular, pseudo_inverse, symmetric_power};
+use crate::linalg::{Matrix, left_singular, over_triangle, symmetric_powers};
 
 /// Which weight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,13 +46,12 @@ pub fn weighted(factor: &Factor, method: Method) -> Weighted {
         Method::Moesp => plain(L32),
         Method::N4sid => {
             let past = factor.block(a..b, 0..b);
-            plain(L32 * pseudo_inverse(&factor.block(a..b, a..b), TOLERANCE) * past)
+            plain(over_triangle(&L32, &factor.block(a..b, a..b), TOLERANCE) * past)
         }
         Method::Cva => {
             let L33 = factor.block(b..all, b..all);
             let future = &L32 * L32.transpose() + &L33 * L33.transpose();
-            let W1 = symmetric_power(&future, -0.5, FLOOR);
-            let back = symmetric_power(&future, 0.5, FLOOR);
+            let [W1, back] = symmetric_powers(&future, [-0.5, 0.5], FLOOR);
             let (U, S) = left_singular(&(&W1 * L32));
             Weighted { W1: Some(W1), back: Some(back), U, S }
         }
