@@ -19,6 +19,7 @@ from plantune.models import (
     MatrixPolyModel,
     PolyModel,
     ProcessModel,
+    StateSpace,
     TermModel,
 )
 from plantune.models.base import LinearModel
@@ -38,7 +39,8 @@ Complexes: TypeAlias = NDArray[np.complex128]
 Band: TypeAlias = tuple[Floats, Floats]
 Interval: TypeAlias = tuple[float, float]
 Fields: TypeAlias = dict[str, Any]
-Model: TypeAlias = LinearModel | None  # of a fit; None is refused (U01)
+Model: TypeAlias = LinearModel | StateSpace | None  # of a fit; None is refused (U01)
+Several: TypeAlias = MatrixPolyModel | StateSpace
 Forgetting: TypeAlias = Literal["exponential", "directional", "variable", "kalman"]
 Drawn: TypeAlias = tuple[Model, Floats, int, float, float | None]  # `Fit.drawn_from`
 
@@ -280,30 +282,81 @@ def d2c(model: PolyModel) -> Fields:
 
 # --- models of several outputs -----------------------------------------------------------------
 
-def matrix_simulate(model: MatrixPolyModel, u: Floats) -> Floats:
-    """Return the outputs (N, ny) from rest."""
+def matrix_simulate(model: Several, u: Floats, Ts: float | None) -> Floats:
+    """Return the outputs (N, ny) from rest; a model in continuous time needs a `Ts`."""
 
 def matrix_over_record(
-    rec: Record, model: MatrixPolyModel, horizon: int | None, offset: list[float], limits: Limits
+    rec: Record, model: Several, horizon: int | None, offset: list[float], limits: Limits
 ) -> tuple[list[int], list[Floats]]:
     """Rows, and each output there; `horizon` counts steps ahead, None simulates."""
 
 def matrix_check(
     rec: Record,
-    model: MatrixPolyModel,
+    model: Several,
     output: int,
     options: tuple[str, list[float] | None, int],
     limits: Limits,
 ) -> Fields:
     """As `check`, of one output; the options are `x0, offset, lags`."""
 
-def matrix_freqresp(model: MatrixPolyModel, w: list[float]) -> Complexes:
+def matrix_freqresp(model: Several, w: list[float]) -> Complexes:
     """Entries of `(w, ny, nu)`, flat."""
 
-def matrix_poles(model: MatrixPolyModel) -> Complexes: ...
-def matrix_dc_gain(model: MatrixPolyModel) -> Floats: ...
-def matrix_state_space(model: MatrixPolyModel) -> tuple[Floats, Floats, Floats, Floats]:
-    """`F G H D` of `x(t+1) = F x + G u`, `y = H x + D u`."""
+def matrix_poles(model: Several) -> Complexes: ...
+def matrix_dc_gain(model: Several) -> Floats: ...
+def matrix_state_space(model: Several) -> Fields:
+    """Fields of `StateSpace`, flat, with its sizes `n ny nu`."""
+
+# --- models by states --------------------------------------------------------------------------
+
+def states_of(model: PolyModel) -> Fields:
+    """Fields of `StateSpace`, flat."""
+
+def states_polynomial(model: StateSpace) -> Fields:
+    """Fields of `PolyModel`."""
+
+def states_sampled(model: StateSpace, Ts: float) -> Fields: ...
+def states_continuous(model: StateSpace) -> Fields: ...
+def states_zeros(model: StateSpace, pair: tuple[int, int] | None) -> Complexes:
+    """Of the whole square model, or of one output and input."""
+
+def states_simulate(model: StateSpace, u: Floats, x0: list[float]) -> Floats:
+    """Return the outputs of flat inputs, flat, from a state on."""
+
+def states_reduced(model: StateSpace, n: int) -> tuple[Fields, Floats, float]:
+    """Return the reduced model, the Hankel singular values, the bound of the error."""
+
+def subspace(
+    rec: Record, n: int | None, options: Any, limits: Limits
+) -> tuple[Fields, list[tuple[int, float, float]]]:
+    """Fields of `Fit`; order, loss and criterion of every order tried."""
+
+def subspace_bands(
+    rec: Record,
+    fitted: tuple[StateSpace, list[float]],
+    options: Any,
+    draws: tuple[int, int | None, int],
+    limits: Limits,
+) -> tuple[list[Fields], list[list[float]], int]:
+    """Models of drawn records, their offsets, rows in a block; draws are `runs, block, seed`."""
+
+def deviations(rows: Floats) -> Floats:
+    """Return the standard deviation of each column."""
+
+def pbsid(
+    rec: Record, n: int, blocks: tuple[int, int], terms: tuple[bool, bool], limits: Limits
+) -> Fields:
+    """Fields of `Fit`; the blocks are `past, future`, the terms `direct, offset`."""
+
+def subspace_frequency(
+    w: Floats,
+    G: Complexes,
+    size: tuple[int, int],
+    Ts: float | None,
+    n: int | None,
+    stable: bool,
+) -> Fields:
+    """Fields of `FrequencyFit`; `G` flat, of `size = ny, nu`."""
 
 # --- models over records and in loops ----------------------------------------------------------
 

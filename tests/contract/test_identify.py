@@ -103,6 +103,7 @@ def dryer(tmp_path):
         ("armax", "2,2,1", lambda rec: pt.estimate.armax(rec, 2, 2, 1, 3)),
         ("oe", "2,2", lambda rec: pt.estimate.oe(rec, 2, 2, 3)),
         ("process", "P1D", lambda rec: pt.estimate.process(rec, "P1D")),
+        ("subspace", "3", lambda rec: pt.estimate.subspace(rec, 3)),
     ],
 )
 def test_a_structure_is_that_of_its_verb(dryer, tmp_path, model, orders, fit):

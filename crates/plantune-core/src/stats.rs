@@ -62,6 +62,13 @@ pub fn centred(mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
+/// Standard deviation about the mean, `sqrt(sum (x - m)^2 / (n - 1))`.
+pub fn deviation(x: impl Iterator<Item = f64> + Clone) -> f64 {
+    let n = x.clone().count() as f64;
+    let mean = x.clone().sum::<f64>() / n;
+    (x.map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
+}
+
 /// The middle value, the upper one of two; 0 of none.
 pub fn median(mut x: Vec<f64>) -> f64 {
     let middle = x.len() / 2;

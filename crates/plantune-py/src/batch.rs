@@ -2,8 +2,8 @@
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{
-    self, Code, Fit, MatrixFit, OffsetOf, Orders, PemOptions, ProcessOptions, SrivcOptions, criteria,
-    standard_deviations,
+    self, Code, Fit, MatrixFit, OffsetOf, Orders, PemOptions, ProcessOptions, SrivcOptions, SubspaceFit,
+    criteria, standard_deviations,
 };
 use plantune_core::model::Model;
 use plantune_core::sim::Start;
@@ -52,6 +52,7 @@ pub struct FitOut<'py> {
     intervals: Vec<(String, f64, f64)>,
     plants: Vec<ModelOut>,
     sampled: Option<ModelOut>,
+    singular_values: Option<Array<'py>>,
 }
 
 pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
@@ -79,6 +80,7 @@ pub fn fit_out<'py>(py: Python<'py>, fit: Fit, rows: Vec<[i64; 2]>) -> PyResult<
         intervals: fit.intervals,
         plants: fit.plants.into_iter().map(|plant| Model::Process(plant).into()).collect(),
         sampled: fit.sampled.map(|model| Model::Poly(model).into()),
+        singular_values: None,
     })
 }
 
@@ -107,6 +109,36 @@ pub fn matrix_fit_out<'py>(py: Python<'py>, fit: MatrixFit, rows: Vec<[i64; 2]>)
         intervals: Vec::new(),
         plants: Vec::new(),
         sampled: None,
+        singular_values: None,
+    })
+}
+
+/// The same of a model by states, which has no parameters of its own.
+pub fn states_fit_out<'py>(py: Python<'py>, fit: SubspaceFit, rows: Vec<[i64; 2]>) -> PyResult<FitOut<'py>> {
+    let (fpe, aic, bic) = criteria(fit.V, fit.N, fit.parameters);
+    let segments = fit.x0.len();
+    Ok(FitOut {
+        theta: array(py, Vec::new()),
+        P: matrix(py, Vec::new(), 0)?,
+        sd: array(py, Vec::new()),
+        names: Vec::new(),
+        offset: array(py, fit.offset),
+        x0: PyArray1::from_vec(py, fit.x0.concat()).reshape([segments, fit.model.n()])?,
+        N: fit.N,
+        loss: fit.loss,
+        fpe,
+        aic,
+        bic,
+        status: fit.status.as_str(),
+        expected_digits: array(py, Vec::new()),
+        notes: notes(&fit.notes),
+        model: Some(ModelOut::States(fit.model.into())),
+        rows: matrix(py, rows.concat(), 2)?,
+        intervals: Vec::new(),
+        plants: Vec::new(),
+        sampled: None,
+        steps: Vec::new(),
+        singular_values: Some(array(py, fit.singular_values)),
     })
 }
 
@@ -366,6 +398,7 @@ fn least_squares<'py>(
         intervals: Vec::new(),
         plants: Vec::new(),
         sampled: None,
+        singular_values: None,
     })
 }
 

@@ -24,6 +24,7 @@ mod sight;
 mod signal;
 mod sim;
 mod step_modes;
+mod subspace;
 mod terms;
 mod tune;
 mod uncertainty;
@@ -47,6 +48,7 @@ fn _core(m: &Bound<'_, PyModule>) -> PyResult<()> {
         terms::register,
         uncertainty::register,
         step_modes::register,
+        subspace::register,
         recursive::register,
         bank::register,
         hysteresis::register,

@@ -2,7 +2,8 @@
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::batch::{self, MatrixFit};
-use plantune_core::model::MatrixPoly;
+use plantune_core::linalg::Matrix as Dense;
+use plantune_core::model::{MatrixPoly, Several, StateSpace, entries};
 use plantune_core::{Limits, sim, validate};
 use pyo3::prelude::*;
 
@@ -23,7 +24,9 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(matrix_state_space, m)?)
 }
 
-/// A `plantune.models.MatrixPolyModel`, by attribute; each matrix row-major.
+/// A model of several outputs of `plantune.models`, by attribute.
+pub struct SeveralIn(pub Several);
+
 #[derive(FromPyObject)]
 struct MatrixPolyIn {
     A: Vec<Vec<f64>>,
@@ -33,15 +36,61 @@ struct MatrixPolyIn {
     Ts: f64,
 }
 
-/// The same by its attribute `core`.
+/// `plantune.models.StateSpace`.
 #[derive(FromPyObject)]
-struct MatrixModelIn {
-    core: MatrixPolyIn,
+pub struct StateSpaceIn<'py> {
+    A: PyReadonlyArray2<'py, f64>,
+    B: PyReadonlyArray2<'py, f64>,
+    C: PyReadonlyArray2<'py, f64>,
+    D: PyReadonlyArray2<'py, f64>,
+    K: PyReadonlyArray2<'py, f64>,
+    Ts: Option<f64>,
 }
 
-impl From<MatrixModelIn> for MatrixPoly {
-    fn from(MatrixModelIn { core: MatrixPolyIn { A, B, nk, ny, Ts } }: MatrixModelIn) -> Self {
-        MatrixPoly { A, B, nk, ny, Ts }
+impl From<StateSpaceIn<'_>> for StateSpace {
+    fn from(StateSpaceIn { A, B, C, D, K, Ts }: StateSpaceIn<'_>) -> Self {
+        let dense = |M: PyReadonlyArray2<'_, f64>| {
+            let M = M.as_array();
+            Dense::from_fn(M.nrows(), M.ncols(), |i, j| M[[i, j]])
+        };
+        StateSpace { A: dense(A), B: dense(B), C: dense(C), D: dense(D), K: dense(K), Ts }
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for SeveralIn {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let kind: String = value.getattr("kind")?.extract()?;
+        Ok(SeveralIn(if kind == "state_space" {
+            StateSpace::from(value.extract::<StateSpaceIn>()?).into()
+        } else {
+            let MatrixPolyIn { A, B, nk, ny, Ts } = value.getattr("core")?.extract()?;
+            MatrixPoly { A, B, nk, ny, Ts }.into()
+        }))
+    }
+}
+
+/// The dict from which Python builds a `StateSpace`; matrices row-major.
+#[derive(IntoPyObject)]
+pub struct StateSpaceOut {
+    A: Frozen,
+    B: Frozen,
+    C: Frozen,
+    D: Frozen,
+    K: Frozen,
+    n: usize,
+    ny: usize,
+    nu: usize,
+    Ts: Option<f64>,
+}
+
+impl From<StateSpace> for StateSpaceOut {
+    fn from(model: StateSpace) -> Self {
+        let (n, ny, nu) = (model.n(), model.ny(), model.nu());
+        let StateSpace { A, B, C, D, K, Ts } = model;
+        let flat = |M: Dense| Frozen(entries(&M).collect());
+        StateSpaceOut { A: flat(A), B: flat(B), C: flat(C), D: flat(D), K: flat(K), n, ny, nu, Ts }
     }
 }
 
@@ -80,14 +129,18 @@ fn matrix_arx<'py>(
 #[pyfunction]
 fn matrix_simulate<'py>(
     py: Python<'py>,
-    model: MatrixModelIn,
+    model: SeveralIn,
     u: PyReadonlyArray2<'py, f64>,
+    Ts: Option<f64>,
 ) -> Outcome<Matrix<'py>> {
-    let model = MatrixPoly::from(model);
+    let model = match Ts {
+        Some(Ts) => model.0.at_sample_time(Ts)?,
+        None => model.0,
+    };
     model.check_inputs(u.shape()[1])?;
     let u = u.as_slice().map_err(PyErr::from)?;
     let y = py.detach(|| model.simulate(u));
-    Ok(matrix(py, y, model.ny)?)
+    Ok(matrix(py, y, model.ny())?)
 }
 
 /// Rows, and output there `(rows, ny)`.
@@ -95,13 +148,13 @@ fn matrix_simulate<'py>(
 fn matrix_over_record<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
-    model: MatrixModelIn,
+    model: SeveralIn,
     horizon: Option<usize>,
     offset: Vec<f64>,
     limits: LimitsIn,
 ) -> Outcome<(Vec<usize>, Vec<Array<'py>>)> {
     let limits: Limits = limits.into();
-    let (record, model) = (rec.view(&limits)?, MatrixPoly::from(model));
+    let (record, model) = (rec.view(&limits)?, model.0);
     let run = || sim::matrix_over_record(&model, &record, horizon, sim::Start::Estimate, Some(&offset));
     let runs = py.detach(run)?;
     let rows = runs.first().map_or_else(Vec::new, |run| run.rows.clone());
@@ -112,13 +165,13 @@ fn matrix_over_record<'py>(
 fn matrix_check<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
-    model: MatrixModelIn,
+    model: SeveralIn,
     output: usize,
     options: (String, Option<Vec<f64>>, usize),
     limits: LimitsIn,
 ) -> Outcome<VerdictOut<'py>> {
     let limits: Limits = limits.into();
-    let (record, model) = (rec.view(&limits)?, MatrixPoly::from(model));
+    let (record, model) = (rec.view(&limits)?, model.0);
     let (x0, offset, lags) = &options;
     let options = (start(x0)?, offset.as_deref(), *lags);
     checked(py, py.detach(|| validate::check_output(&model, &record, output, options, &limits)))
@@ -126,30 +179,25 @@ fn matrix_check<'py>(
 
 /// `(w, ny nu)`, row-major.
 #[pyfunction]
-fn matrix_freqresp(py: Python<'_>, model: MatrixModelIn, w: Vec<f64>) -> Bound<'_, PyArray1<Complex64>> {
-    let model = MatrixPoly::from(model);
+fn matrix_freqresp(py: Python<'_>, model: SeveralIn, w: Vec<f64>) -> Bound<'_, PyArray1<Complex64>> {
+    let model = model.0;
     PyArray1::from_iter(py, w.into_iter().flat_map(|w| model.freqresp(w)))
 }
 
 #[pyfunction]
-fn matrix_poles(py: Python<'_>, model: MatrixModelIn) -> Bound<'_, PyArray1<Complex64>> {
-    let poles = MatrixPoly::from(model).poles();
+fn matrix_poles(py: Python<'_>, model: SeveralIn) -> Bound<'_, PyArray1<Complex64>> {
+    let poles = model.0.poles();
     PyArray1::from_iter(py, poles.into_iter().map(|(re, im)| Complex64::new(re, im)))
 }
 
 #[pyfunction]
-fn matrix_dc_gain(py: Python<'_>, model: MatrixModelIn) -> PyResult<Matrix<'_>> {
-    let model = MatrixPoly::from(model);
+fn matrix_dc_gain(py: Python<'_>, model: SeveralIn) -> PyResult<Matrix<'_>> {
+    let model = model.0;
     matrix(py, model.dc_gain(), model.nu())
 }
 
-/// `F G H D` of `x(t+1) = F x + G u`, `y = H x + D u`.
+/// Any model of several outputs by states.
 #[pyfunction]
-fn matrix_state_space(
-    py: Python<'_>,
-    model: MatrixModelIn,
-) -> PyResult<(Matrix<'_>, Matrix<'_>, Matrix<'_>, Matrix<'_>)> {
-    let model = MatrixPoly::from(model);
-    let (ss, nu) = (model.state_space(), model.nu());
-    Ok((matrix(py, ss.F, ss.n)?, matrix(py, ss.G, nu)?, matrix(py, ss.H, ss.n)?, matrix(py, ss.D, nu)?))
+fn matrix_state_space(model: SeveralIn) -> StateSpaceOut {
+    model.0.state_space().into()
 }

@@ -2,11 +2,13 @@
 
 use numpy::{Complex64, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use plantune_core::Error;
-use plantune_core::model::{self, Filter, Fopdt, Model, Pid, PolyModel, ProcessModel, TransferFunction};
+use plantune_core::model::{
+    self, Filter, Fopdt, Model, Pid, PolyModel, ProcessModel, StateSpace, TransferFunction,
+};
 use pyo3::prelude::*;
 
 use crate::error::{Outcome, Raise};
-use crate::matrix::MatrixPolyOut;
+use crate::matrix::{MatrixPolyOut, StateSpaceIn, StateSpaceOut};
 use crate::values::{Array, Frozen, array};
 
 pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -86,6 +88,11 @@ impl<'py> FromPyObject<'_, 'py> for ModelIn {
             "transfer" => {
                 let TransferIn { num, den, L } = value.getattr("core")?.extract()?;
                 Model::Transfer(TransferFunction { num, den, L })
+            }
+            // What asks for one output gets the same model as polynomials.
+            "state_space" => {
+                let model = StateSpace::from(value.extract::<StateSpaceIn>()?);
+                Model::Poly(model.polynomial().map_err(Raise::from)?)
             }
             "terms" => {
                 let came = "a TermModel, which is not linear in its signals";
@@ -205,6 +212,7 @@ pub enum ModelOut {
     Process(ProcessOut),
     Transfer(TransferOut),
     Matrix(MatrixPolyOut),
+    States(StateSpaceOut),
 }
 
 #[derive(IntoPyObject)]

@@ -1,4 +1,4 @@
-"""An experiment planned from a rough K, T and L: which input, how large, how long, and what it tells."""
+"""An experiment planned from a rough K, T and L: which input, how large, how long."""
 
 from __future__ import annotations
 

@@ -21,10 +21,11 @@ _ORDERS = {
     "iv4": "na nb",
     "srivc": "n nb",
     "process": "code",
+    "subspace": "n",
 }
 """Verb, and what `--orders` holds in the order of its arguments; a new verb is one line."""
 
-_WITHOUT_NK = ("process", "srivc")  # their delay is a real number
+_WITHOUT_NK = ("process", "srivc", "subspace")  # a real number, or in the states
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,9 @@ from plantune.estimate.saved import load_fit, save_fit
 from plantune.estimate.sps import ArxRegion, Region, sps, sps_arx
 from plantune.estimate.srivc import srivc
 from plantune.estimate.step_modes import StepModes, idt
+from plantune.estimate.subspace import pbsid, subspace
+from plantune.estimate.subspace_bands import SubspaceBands, subspace_bands
+from plantune.estimate.subspace_frequency import FrequencyFit, subspace_frequency
 
 __all__ = [
     "ArxRegion",
@@ -31,6 +34,7 @@ __all__ = [
     "Derived",
     "Fit",
     "Forecast",
+    "FrequencyFit",
     "IdtCriterion",
     "OffsetStep",
     "OrderRow",
@@ -38,6 +42,7 @@ __all__ = [
     "Region",
     "Root",
     "StepModes",
+    "SubspaceBands",
     "ararmax",
     "ararx",
     "areas",
@@ -54,6 +59,7 @@ __all__ = [
     "load_fit",
     "oe",
     "order",
+    "pbsid",
     "poly",
     "process",
     "sandwich",
@@ -61,4 +67,7 @@ __all__ = [
     "sps",
     "sps_arx",
     "srivc",
+    "subspace",
+    "subspace_bands",
+    "subspace_frequency",
 ]

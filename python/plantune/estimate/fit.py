@@ -18,6 +18,7 @@ from plantune.models import (
     MatrixPolyModel,
     PolyModel,
     ProcessModel,
+    StateSpace,
     TermModel,
     TransferFunction,
 )
@@ -25,7 +26,7 @@ from plantune.models.convert import from_core
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, notes_from_core
 from plantune.record import Floats, Record, columns
 
-Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermModel
+Fitted = PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | StateSpace | TermModel
 """What an estimator may find."""
 
 
@@ -58,7 +59,7 @@ class Fit:
 
     Attributes
     ----------
-    model : PolyModel, ProcessModel, TransferFunction, MatrixPolyModel, TermModel or None
+    model : one of `plantune.models`, or None
         None for a plain least-squares problem.
     theta, sd : array (n,)
         Parameters and their standard deviations.
@@ -95,6 +96,10 @@ class Fit:
         Of a process fit one per input.
     sampled : PolyModel or None
         All inputs and the noise model, where a process fit has several or coloured noise.
+    singular_values : array or None
+        Of a subspace fit, those that show the order.
+    settings : mapping
+        Of a subspace fit, how it was asked for.
 
     Examples
     --------
@@ -132,6 +137,8 @@ class Fit:
     plants: tuple[ProcessModel, ...] = ()
     sampled: PolyModel | None = None
     steps: tuple[OffsetStep, ...] = ()
+    singular_values: Floats | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)
 
     def simulate(self, u: ArrayLike, Ts: float | None = None, x0: float = 0.0) -> Floats:
         """Return the output for the input `u`, offset included, the plant at rest before row 0.
@@ -146,7 +153,7 @@ class Fit:
         array([583.451, 583.451])
         """
         model, level = self._need_model(), self._level
-        if isinstance(model, MatrixPolyModel | TermModel):
+        if isinstance(model, MatrixPolyModel | StateSpace | TermModel):
             y: Floats = model.simulate(u, Ts, x0)
             return y + level
         y = model.simulate(u, Ts, x0, float(level))
@@ -238,7 +245,8 @@ class Fit:
         >>> ahead.y.shape, bool((abs(ahead.sd - fit.loss**0.5) < 0.02).all())
         ((3,), True)
         """
-        model = self._need_model()
+        self._need_covariance()
+        model = self.model
         if isinstance(self.model, TermModel):
             raise refusal(
                 "U01",
@@ -274,7 +282,8 @@ class Fit:
         O = 0.259 (0.067)
         Ts = 0.08 s
         """
-        self._need_model()
+        if isinstance(self._need_model(), StateSpace):
+            return str(self.model)
         return equation(self)
 
     def interval(self, name: str) -> tuple[float, float]:
@@ -311,7 +320,7 @@ class Fit:
         T1     0.2541 ± 0.0104
         T2     0.1356 ± 0.00962
         """
-        self._need_model()
+        self._need_covariance()
         return derived(self)
 
     def poles(self) -> tuple[Root, ...]:
@@ -325,12 +334,12 @@ class Fit:
         >>> print(pt.estimate.oe(pt.datasets.hair_dryer(), 2, 2, 3).poles()[0])
         0.7299 ± 0.00943
         """
-        self._need_model()
+        self._need_covariance()
         return roots(self, None)
 
     def zeros(self, input: int = 0) -> tuple[Root, ...]:
         """Return the zeros from an input, as `poles`."""
-        self._need_model()
+        self._need_covariance()
         return roots(self, input)
 
     def step(self, t: ArrayLike, input: int = 0) -> Curve:
@@ -343,7 +352,7 @@ class Fit:
         >>> y.round(2), sd.round(3)
         (array([0.34, 0.93]), array([0.002, 0.004]))
         """
-        self._need_model()
+        self._need_covariance()
         return step(self, t, input)
 
     def bode(self, w: ArrayLike, input: int = 0) -> tuple[Curve, Curve]:
@@ -358,7 +367,7 @@ class Fit:
         >>> phase.value.round(1), phase.sd.round(2)
         (array([-33.3]), array([0.16]))
         """
-        self._need_model()
+        self._need_covariance()
         return bode(self, w, input)
 
     @property
@@ -382,6 +391,15 @@ class Fit:
         if self.model is None:
             raise refusal("U01", "a plain least-squares fit has no model", remedy="use fit.theta")
         return self.model
+
+    def _need_covariance(self) -> None:
+        """Refuse a model by states: its entries have no meaning, so they have no covariance."""
+        if isinstance(self._need_model(), StateSpace):
+            raise refusal(
+                "U01",
+                f"a fit of {self.method} has no covariance of parameters",
+                remedy="pt.estimate.subspace_bands(rec, fit), or the bare numbers of fit.model",
+            )
 
     def __str__(self) -> str:
         head = "" if self.model is None else ": " + str(self.model).splitlines()[0]

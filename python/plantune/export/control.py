@@ -7,13 +7,27 @@ from typing import Any, Literal
 from numpy.typing import ArrayLike
 
 from plantune.estimate import Fit
-from plantune.models import PID, MatrixPolyModel, PolyModel, ProcessModel, TransferFunction
+from plantune.models import (
+    PID,
+    MatrixPolyModel,
+    PolyModel,
+    ProcessModel,
+    StateSpace,
+    TransferFunction,
+)
 from plantune.models import control as of_models
 from plantune.tune import Tuning
 
 
 def to_control(
-    what: ProcessModel | TransferFunction | PolyModel | MatrixPolyModel | PID | Fit | Tuning,
+    what: ProcessModel
+    | TransferFunction
+    | PolyModel
+    | MatrixPolyModel
+    | StateSpace
+    | PID
+    | Fit
+    | Tuning,
     delay: Literal["pade", "frd"] = "pade",
     order: int = 3,
     w: ArrayLike | None = None,
@@ -22,7 +36,7 @@ def to_control(
 
     Parameters
     ----------
-    what : ProcessModel, TransferFunction, PolyModel, MatrixPolyModel, PID, Fit or Tuning
+    what : a model of plantune.models, PID, Fit or Tuning
         Of a fit its model, of a tuning its controller.  A controller is its transfer function
         from the error, `b = c = 1`.
     delay : "pade" or "frd"
@@ -37,7 +51,8 @@ def to_control(
     -------
     control.TransferFunction or control.FrequencyResponseData
         Of a sampled model or controller in z, its `dt` being `Ts`; a PolyModel with its whole
-        delay, exact, one column per input; a MatrixPolyModel as `control.StateSpace`.
+        delay, exact, one column per input; a MatrixPolyModel or
+        StateSpace as `control.StateSpace`.
 
     Raises
     ------

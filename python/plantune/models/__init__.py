@@ -7,6 +7,7 @@ from plantune.models.matrix_poly import MatrixPolyModel
 from plantune.models.pid import PID
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
+from plantune.models.state_space import Reduction, StateSpace
 from plantune.models.terms import TermModel
 from plantune.models.transfer import TransferFunction
 
@@ -18,6 +19,8 @@ __all__ = [
     "Nearest",
     "PolyModel",
     "ProcessModel",
+    "Reduction",
+    "StateSpace",
     "TermModel",
     "TransferFunction",
     "c2d",

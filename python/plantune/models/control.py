@@ -15,14 +15,15 @@ if TYPE_CHECKING:
     from plantune.models.pid import PID
     from plantune.models.poly import PolyModel
     from plantune.models.process import ProcessModel
+    from plantune.models.state_space import StateSpace
     from plantune.models.transfer import TransferFunction
 
-_KINDS = ("process", "transfer", "poly", "matrix_poly", "pid")
+_KINDS = ("process", "transfer", "poly", "matrix_poly", "state_space", "pid")
 _MOST_ORDER = 10  # the coefficients of a higher Padé form no longer fit in 16 digits
 
 
 def to_control(
-    model: ProcessModel | TransferFunction | PolyModel | MatrixPolyModel | PID,
+    model: ProcessModel | TransferFunction | PolyModel | MatrixPolyModel | StateSpace | PID,
     delay: Literal["pade", "frd"] = "pade",
     order: int = 3,
     w: ArrayLike | None = None,
@@ -47,7 +48,7 @@ def to_control(
         raise refusal(
             "U01",
             f"a {type(model).__name__} has no form in python-control",
-            remedy="pass a ProcessModel, TransferFunction, PolyModel, MatrixPolyModel or PID",
+            remedy="pass a model of plantune.models",
         )
     if delay == "pade":
         return _transfer_function(control, model, _order(order))
@@ -60,8 +61,9 @@ def to_control(
     w = np.ascontiguousarray(np.atleast_1d(w), float)
     if model.kind == "pid":
         return control.frd(_transfer_function(control, model, 1), w)
-    if model.kind == "matrix_poly":
-        return control.frd(np.moveaxis(model.freqresp(w), 0, 2), w, dt=model.Ts)  # type: ignore[union-attr]
+    if model.kind in ("matrix_poly", "state_space"):
+        dt = 0 if model.Ts is None else model.Ts  # type: ignore[union-attr]
+        return control.frd(np.moveaxis(model.freqresp(w), 0, 2), w, dt=dt)  # type: ignore[union-attr]
     inputs = len(_core.dc_gain(model))  # type: ignore[arg-type]
     response = np.array([[_core.freqresp(model, i, w) for i in range(inputs)]])  # type: ignore[arg-type]
     sampled = {"dt": model.Ts} if model.kind == "poly" else {}  # type: ignore[union-attr]
@@ -92,7 +94,12 @@ def _transfer_function(control: Any, model: Any, order: int) -> Any:
     if model.kind == "pid":
         return control.tf(*_core.pid_transfer(model), 0 if model.Ts is None else model.Ts)
     if model.kind == "matrix_poly":
-        return control.ss(*_core.matrix_state_space(model), model.Ts)
+        d = _core.matrix_state_space(model)
+        n, ny, nu = d["n"], d["ny"], d["nu"]
+        shapes = {"A": (n, n), "B": (n, nu), "C": (ny, n), "D": (ny, nu)}
+        return control.ss(*(d[name].reshape(shape) for name, shape in shapes.items()), model.Ts)
+    if model.kind == "state_space":
+        return control.ss(model.A, model.B, model.C, model.D, 0 if model.Ts is None else model.Ts)
     if model.kind != "poly":
         G = model if model.kind == "transfer" else model.transfer()
         rational = control.tf(G.num, G.den)

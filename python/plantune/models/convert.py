@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, overload
 
 from plantune import _core
 from plantune.models.matrix_poly import MatrixPolyModel
 from plantune.models.poly import PolyModel
 from plantune.models.process import ProcessModel
+from plantune.models.state_space import StateSpace
 from plantune.models.transfer import TransferFunction
 
 
-def c2d(model: ProcessModel | TransferFunction, Ts: float) -> PolyModel:
+@overload
+def c2d(model: StateSpace, Ts: float) -> StateSpace: ...
+@overload
+def c2d(model: ProcessModel | TransferFunction, Ts: float) -> PolyModel: ...
+def c2d(model: ProcessModel | TransferFunction | StateSpace, Ts: float) -> PolyModel | StateSpace:
     """Sample a continuous model behind a zero-order hold, exact for any delay.
 
     Parameters
     ----------
-    model : ProcessModel or TransferFunction
+    model : ProcessModel, TransferFunction or StateSpace
         Of any order; `K != 0`, `T > 0`, `L >= 0`.
     Ts : float
         Sample time, seconds.
 
     Returns
     -------
-    PolyModel
+    PolyModel, or StateSpace of a StateSpace
         Of first order `A = [1, -a]`; `B = [b1]` for a whole delay, else `[b1, b2]`; `nk` one more
         than the whole samples in `L`.
 
@@ -41,22 +46,28 @@ def c2d(model: ProcessModel | TransferFunction, Ts: float) -> PolyModel:
     B(q) = -0.745527
     Ts = 0.02 s
     """
+    if isinstance(model, StateSpace):
+        return model.c2d(Ts)
     return PolyModel.of_core(_core.c2d(model, Ts))
 
 
-def d2c(model: PolyModel) -> ProcessModel:
+@overload
+def d2c(model: StateSpace) -> StateSpace: ...
+@overload
+def d2c(model: PolyModel) -> ProcessModel: ...
+def d2c(model: PolyModel | StateSpace) -> ProcessModel | StateSpace:
     """Return the process model of which a first-order model is the sampled form.
 
     The inverse of `c2d`; the fraction of the delay is read from the two b coefficients.
 
     Parameters
     ----------
-    model : PolyModel
-        `A = [1, -a]` with `0 < a < 1`; one or two b coefficients.
+    model : PolyModel or StateSpace
+        `A = [1, -a]` with `0 < a < 1`; one or two b coefficients.  A StateSpace of any order.
 
     Returns
     -------
-    ProcessModel
+    ProcessModel, or StateSpace of a StateSpace
         `T` and `L` in seconds.
 
     Raises
@@ -72,13 +83,17 @@ def d2c(model: PolyModel) -> ProcessModel:
     >>> print(d2c(c2d(ProcessModel(K=2.0, T=5.0, L=1.3), Ts=1.0)))
     G(s) = 2 e^(-1.3 s) / (5 s + 1)
     """
+    if isinstance(model, StateSpace):
+        return model.d2c()
     return ProcessModel(**_core.d2c(model))
 
 
 def from_core(
     d: Mapping[str, Any],
-) -> PolyModel | MatrixPolyModel | ProcessModel | TransferFunction:
+) -> PolyModel | MatrixPolyModel | ProcessModel | TransferFunction | StateSpace:
     """Return the model that the core sends as a dict."""
+    if "n" in d:
+        return StateSpace.of_core(d)
     if "ny" in d:
         return MatrixPolyModel.of_core(d)
     if "num" in d:

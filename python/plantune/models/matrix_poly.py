@@ -120,7 +120,7 @@ class MatrixPolyModel:
             raise refusal("U01", f"`Ts` is {Ts}, the model's is {self.Ts}", remedy="leave it out")
         if x0 != 0.0:
             raise refusal("U01", f"`x0` is {x0}, must be 0", remedy="predict estimates the state")
-        return _core.matrix_simulate(self, columns(u, "u"))
+        return _core.matrix_simulate(self, columns(u, "u"), None)
 
     def predict(self, rec: Record, horizon: int | None = 1, offset: ArrayLike = 0.0) -> Floats:
         """Return the outputs (N, ny) predicted `horizon` steps ahead; None simulates.

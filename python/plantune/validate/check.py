@@ -16,6 +16,7 @@ from plantune.models import (
     MatrixPolyModel,
     PolyModel,
     ProcessModel,
+    StateSpace,
     TermModel,
     TransferFunction,
 )
@@ -140,7 +141,13 @@ class Verdict:
 
 def check(
     rec: Record,
-    fit: Fit | PolyModel | ProcessModel | TransferFunction | MatrixPolyModel | TermModel,
+    fit: Fit
+    | PolyModel
+    | ProcessModel
+    | TransferFunction
+    | MatrixPolyModel
+    | StateSpace
+    | TermModel,
     *,
     output: str | None = None,
     x0: str = "estimate",
@@ -212,7 +219,8 @@ def check(
         "offset_from": offset,
     }
     seen = _seen(rec, fit) if isinstance(fit, Fit) else ()
-    several, own_terms = isinstance(model, MatrixPolyModel), isinstance(model, TermModel)
+    several = isinstance(model, MatrixPolyModel | StateSpace)
+    own_terms = isinstance(model, TermModel)
     bare: Any = fit
     inputs = rec.u_names if rec.nu > 1 else ()
     doubts = () if several or own_terms else plausible(bare, inputs=inputs, limits=limits)
@@ -256,7 +264,7 @@ def _judged_model(fit: Any) -> Any:
 
 def _which(rec: Record, model: Any, output: str | None) -> int:
     """Return the number of the output that is judged; of several one has to be named."""
-    if output is None and (rec.ny == 1 or not isinstance(model, MatrixPolyModel)):
+    if output is None and (rec.ny == 1 or not isinstance(model, MatrixPolyModel | StateSpace)):
         return 0
     if output not in rec.y_names:
         names = ", ".join(map(repr, rec.y_names))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from plantune import _core
 from plantune.estimate.fit import Fit, flat
-from plantune.models import PolyModel, ProcessModel, TransferFunction
+from plantune.models import PolyModel, ProcessModel, StateSpace, TransferFunction
 from plantune.models.convert import c2d
 from plantune.notes import Limits, Note, notes_from_core
 from plantune.record import Record
@@ -22,6 +22,8 @@ def against(
     `white` says whether the one-step errors of the fit may be white there, `widening` by how much
     their colour widens standard deviations.
     """
+    if isinstance(fit.model, StateSpace):
+        return () if fit.method == "PBSID" else _feedback_in_the_past(rec, fit, limits)
     if not isinstance(fit.model, PolyModel | ProcessModel | TransferFunction) or rec.ny != 1:
         return ()
     if rec.irregular:
@@ -41,6 +43,13 @@ def _feedback(rec: Record, fit: Fit, white: bool, limits: Limits) -> tuple[Note,
     why = "whose noise model is not true" if has_noise_model(fit) else "which has no noise model"
     more = f": {fit.method}, {why}, is biased where it was fitted on such rows"
     found = closed_loop(rec, direct=0 in _delays(rec, fit), limits=limits).notes
+    return tuple(replace(note, text=note.text.partition(";")[0] + more) for note in found)
+
+
+def _feedback_in_the_past(rec: Record, fit: Fit, limits: Limits) -> tuple[Note, ...]:
+    """X09 where an input answers the output: the past that a subspace is found from holds it."""
+    found = closed_loop(rec, direct=bool(fit.settings.get("direct")), limits=limits).notes
+    more = f": {fit.method} is biased where it was fitted on such rows, pt.estimate.pbsid is not"
     return tuple(replace(note, text=note.text.partition(";")[0] + more) for note in found)
 
 

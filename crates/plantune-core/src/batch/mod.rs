@@ -23,6 +23,7 @@ mod sign_perturbed_arx;
 mod sign_perturbed_sums;
 mod srivc;
 mod step_modes;
+mod subspace;
 mod term_arx;
 
 pub use arx::arx;
@@ -52,5 +53,9 @@ pub use srivc::{SrivcOptions, srivc};
 pub use step_modes::{
     Kind, Mode, Parts, StepModes, StepModesOptions, Transformed, Tried, areas, band, idt_criterion,
     step_modes,
+};
+pub use subspace::{
+    FrequencyFit, Method, PbsidOptions, SubspaceFit, SubspaceOptions, TriedOrder, Variant, pbsid, subspace,
+    subspace_bands, subspace_frequency,
 };
 pub use term_arx::term_arx;

@@ -7,8 +7,9 @@
 //!
 //! The poles are the eigenvalues of the block companion matrix of `A`. Source 000, (2.1-7) to (2.1-9).
 
+use super::StateSpace;
 use crate::error::{Error, Result};
-use crate::linalg::{Complex, eigenvalues, left_divide};
+use crate::linalg::{Complex, Matrix, eigenvalues, left_divide};
 
 /// Matrix polynomials in ascending powers of `q^-1`, every matrix row-major.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,21 +24,6 @@ pub struct MatrixPoly {
     pub ny: usize,
     /// Sample time, s.
     pub Ts: f64,
-}
-
-/// `x(t+1) = F x + G u`, `y = H x + D u`; row-major.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StateSpace {
-    /// Number of states.
-    pub n: usize,
-    /// `(n, n)`.
-    pub F: Vec<f64>,
-    /// `(n, nu)`.
-    pub G: Vec<f64>,
-    /// `(ny, n)`.
-    pub H: Vec<f64>,
-    /// `(ny, nu)`.
-    pub D: Vec<f64>,
 }
 
 impl MatrixPoly {
@@ -137,10 +123,10 @@ impl MatrixPoly {
         eigenvalues(&companion, n)
     }
 
-    /// State space `x(t+1) = F x + G u`, `y = H x + D u` in observer form, with `B_j` counted from lag 0:
+    /// By states, in observer form with `B_j` counted from lag 0:
     ///
     /// ```text
-    /// x_j(t+1) = x_(j+1) - A_j x_1 + (B_j - A_j B_0) u,   y = x_1 + B_0 u
+    /// x_j(t+1) = x_(j+1) - A_j y + B_j u,   y = x_1 + B_0 u + e
     /// ```
     pub fn state_space(&self) -> StateSpace {
         let (ny, nu) = (self.ny, self.nu());
@@ -150,23 +136,13 @@ impl MatrixPoly {
             let lag = j.checked_sub(self.nk[entry % nu]);
             lag.and_then(|lag| self.B.get(lag)).map_or(0.0, |B| B[entry])
         };
-        let D: Vec<f64> = (0..ny * nu).map(|entry| late(0, entry)).collect();
-        let (mut F, mut G, mut H) = (vec![0.0; n * n], vec![0.0; n * nu], vec![0.0; ny * n]);
-        (0..n - ny).for_each(|i| F[i * n + i + ny] = 1.0);
-        (0..ny).for_each(|i| H[i * n + i] = 1.0);
-        for j in 1..=blocks {
-            for i in 0..ny {
-                let row = (j - 1) * ny + i;
-                let A = self.A.get(j).map(|A| &A[i * ny..][..ny]);
-                A.into_iter().flatten().enumerate().for_each(|(k, a)| F[row * n + k] -= a);
-                for l in 0..nu {
-                    let through: f64 =
-                        A.into_iter().flatten().enumerate().map(|(k, a)| a * D[k * nu + l]).sum();
-                    G[row * nu + l] = late(j, i * nu + l) - through;
-                }
-            }
-        }
-        StateSpace { n, F, G, H, D }
+        let D = Matrix::from_fn(ny, nu, |i, j| late(0, i * nu + j));
+        let lags = |row: usize, j: usize| self.A.get(row / ny + 1).map_or(0.0, |A| A[row % ny * ny + j]);
+        let past = Matrix::from_fn(n, ny, lags);
+        let inputs = Matrix::from_fn(n, nu, |row, j| late(row / ny + 1, row % ny * nu + j));
+        let mut A = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(j == i + ny)));
+        A.view_mut((0, 0), (n, ny)).zip_apply(&past, |a, p| *a -= p);
+        StateSpace { A, B: inputs - &past * &D, C: Matrix::identity(ny, n), D, K: -past, Ts: Some(self.Ts) }
     }
 
     /// `A(1)`, `(ny, ny)`.
@@ -251,15 +227,8 @@ mod tests {
     fn the_state_space_is_the_same_system() {
         let (m, u) = (model(), white(90, 5));
         let (y, ss) = (m.simulate(&u), m.state_space());
-        let mut x = vec![0.0; ss.n];
-        for (u, y) in u.chunks(3).zip(y.chunks(2)) {
-            for (i, y) in y.iter().enumerate() {
-                let out = inner(&ss.H[i * ss.n..][..ss.n], &x) + inner(&ss.D[3 * i..][..3], u);
-                assert!((out - y).abs() < 1e-12);
-            }
-            let next = |i: usize| inner(&ss.F[i * ss.n..][..ss.n], &x) + inner(&ss.G[3 * i..][..3], u);
-            x = (0..ss.n).map(next).collect();
-        }
+        let again = ss.simulate(&u, &vec![0.0; ss.n()]);
+        assert!(y.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-12));
     }
 
     /// `det A(z)` vanishes at a pole.

@@ -165,7 +165,7 @@ pub fn sampled(G: &TransferFunction, Ts: f64) -> PolyModel {
 }
 
 /// `prod (1 - p q^-1)` over real poles and pairs.
-fn monic(poles: &[(f64, f64)]) -> Vec<f64> {
+pub(super) fn monic(poles: &[(f64, f64)]) -> Vec<f64> {
     poles.iter().fold(vec![1.0], |A, &(re, im)| match im {
         0.0 => product(&A, &[1.0, -re]),
         im if im > 0.0 => product(&A, &[1.0, -2.0 * re, re * re + im * im]),

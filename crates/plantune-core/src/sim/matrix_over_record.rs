@@ -1,28 +1,30 @@
 //! A model of several outputs run over a record: simulated, or predicted some steps ahead.
 //!
-//! What is not known of a segment's start enters the simulation as impulses into `A(q)^-1` at its first rows,
-//! estimated by least squares from all outputs, each weighed by its travel. A prediction `k` steps ahead runs
-//! the difference equation from the rows measured until `t - k`; a value that does not count is replaced by
-//! its one-step prediction.
+//! What is not known of a segment's start enters the simulation as its state, or as impulses into `A(q)^-1` at
+//! its first rows, estimated by least squares from all outputs, each weighed by its travel. A prediction `k`
+//! steps ahead runs the difference equation from the rows measured until `t - k`, or the states from their
+//! filter there ([`super::states_ahead`]); a value that does not count is replaced by its one-step prediction.
 
 use std::ops::Range;
 
 use super::over_record::{OverRecord, Start};
+use super::states_ahead::states_ahead;
 use crate::error::{Error, Result};
 use crate::linalg::{Block, Segmented, Triangle, solve};
-use crate::model::MatrixPoly;
+use crate::model::{MatrixPoly, Several};
 use crate::record::{Record, Scale};
 
 /// Runs `model` over `rec`, one answer per output: `horizon = None` simulates.
 ///
 /// `offset = None` estimates the offsets, from the simulation in either case.
 pub fn matrix_over_record(
-    model: &MatrixPoly,
+    model: &Several,
     rec: &Record,
     horizon: Option<usize>,
     start: Start,
     offset: Option<&[f64]>,
 ) -> Result<Vec<OverRecord>> {
+    let model = &model.clone().at_sample_time(rec.Ts)?;
     check(model, rec, horizon)?;
     let history = model.history();
     let segments: Vec<Range<usize>> = rec.segments().filter(|s| s.len() > history).collect();
@@ -37,14 +39,20 @@ pub fn matrix_over_record(
     let level = match (&simulated, offset) {
         (_, Some(known)) => known.to_vec(),
         (Some(run), None) => run.offset.clone(),
-        (None, None) => vec![0.0; model.ny],
+        (None, None) => vec![0.0; model.ny()],
     };
     let run = match (horizon, simulated) {
         (None, Some(run)) => run,
-        (steps, _) => predicted(model, rec, steps.unwrap_or(1), level, &segments),
+        (steps, _) => {
+            let steps = steps.unwrap_or(1);
+            match model {
+                Several::Poly(m) => predicted(m, rec, steps, level, &segments),
+                Several::States(m) => states_ahead(m, rec, steps, start, level, &segments),
+            }
+        }
     };
-    let column = |i: usize| run.yhat.iter().skip(i).step_by(model.ny).copied().collect();
-    Ok((0..model.ny)
+    let column = |i: usize| run.yhat.iter().skip(i).step_by(model.ny()).copied().collect();
+    Ok((0..model.ny())
         .map(|i| OverRecord {
             rows: run.rows.clone(),
             yhat: column(i),
@@ -55,23 +63,19 @@ pub fn matrix_over_record(
 }
 
 /// All outputs on the rows with history.
-struct Run {
-    rows: Vec<usize>,
-    yhat: Vec<f64>, // (rows, ny)
-    offset: Vec<f64>,
-    x0: Vec<Vec<f64>>,
+pub(super) struct Run {
+    pub rows: Vec<usize>,
+    pub yhat: Vec<f64>, // (rows, ny)
+    pub offset: Vec<f64>,
+    pub x0: Vec<Vec<f64>>,
 }
 
-fn check(model: &MatrixPoly, rec: &Record, horizon: Option<usize>) -> Result<()> {
-    if (model.Ts - rec.Ts).abs() > 1e-9 * model.Ts {
-        let needed = format!("{} s, the sample time of the model", model.Ts);
-        return Err(Error::argument("Ts", rec.Ts, &needed));
-    }
-    if (rec.nu, rec.ny) != (model.nu(), model.ny) {
+fn check(model: &Several, rec: &Record, horizon: Option<usize>) -> Result<()> {
+    if (rec.nu, rec.ny) != (model.nu(), model.ny()) {
         return Err(Error::argument(
             "rec",
             format!("a record with {} inputs and {} outputs", rec.nu, rec.ny),
-            &format!("one with {} and {}, like the model", model.nu(), model.ny),
+            &format!("one with {} and {}, like the model", model.nu(), model.ny()),
         ));
     }
     if horizon == Some(0) {
@@ -81,20 +85,21 @@ fn check(model: &MatrixPoly, rec: &Record, horizon: Option<usize>) -> Result<()>
 }
 
 fn simulated(
-    model: &MatrixPoly,
+    model: &Several,
     rec: &Record,
     start: Start,
     offset: Option<&[f64]>,
     segments: &[Range<usize>],
 ) -> Run {
-    let (ny, history) = (model.ny, model.history());
-    let local = if start == Start::Estimate { ny * model.na() } else { 0 };
+    let (ny, history) = (model.ny(), model.history());
+    let local = if start == Start::Estimate { model.starts() } else { 0 };
     let shared = if offset.is_none() { ny } else { 0 };
     let known = offset.map_or(vec![0.0; ny], <[f64]>::to_vec);
     let weights: Vec<f64> = (0..ny).map(|i| Scale::of(&rec.output_held(i), true).factor).collect();
     let longest = segments.iter().map(Range::len).max().unwrap_or(0);
-    let H = model.noise_impulses(longest - history);
-    let forced: Vec<Vec<f64>> = segments.iter().map(|s| forced(model, rec, s.clone())).collect();
+    let free = model.free(longest - history);
+    let forced: Vec<Vec<f64>> =
+        segments.iter().map(|s| model.forced(&rec.u[s.start * rec.nu..s.end * rec.nu])).collect();
 
     let mut problem = Segmented::new(local, shared);
     for (s, forced) in segments.iter().zip(&forced) {
@@ -102,7 +107,7 @@ fn simulated(
         let (mut triangle, mut block) = (Triangle::new(width), Block::new(width));
         for (k, t) in (s.start + history..s.end).enumerate() {
             for i in (0..ny).filter(|&i| rec.is_valid(t, i)) {
-                let free = (0..local).map(|at| free(&H, ny, k, i, at));
+                let free = free[..local].iter().map(|free| free[k * ny + i]);
                 let unit = (0..shared).map(|j| f64::from(u8::from(i == j)));
                 let left = rec.y_at(t, i) - known[i] - forced[k * ny + i];
                 let row: Vec<f64> = free.chain(unit).chain([left]).map(|x| weights[i] * x).collect();
@@ -126,30 +131,12 @@ fn simulated(
         for (k, t) in (s.start + history..s.end).enumerate() {
             run.rows.push(t);
             for i in 0..ny {
-                let own: f64 = x0.iter().enumerate().map(|(at, x)| x * free(&H, ny, k, i, at)).sum();
+                let own: f64 = x0.iter().zip(&free).map(|(x, free)| x * free[k * ny + i]).sum();
                 run.yhat.push(run.offset[i] + forced[k * ny + i] + own);
             }
         }
     }
     run
-}
-
-/// Output `i` at row `k` after a unit impulse of noise `at % ny` at row `at / ny`.
-fn free(H: &[Vec<f64>], ny: usize, k: usize, i: usize, at: usize) -> f64 {
-    let (late, from) = (at / ny, at % ny);
-    if k < late { 0.0 } else { H[k - late][i * ny + from] }
-}
-
-/// Response of a segment, from its first row with history on, to its inputs alone.
-fn forced(model: &MatrixPoly, rec: &Record, s: Range<usize>) -> Vec<f64> {
-    let (ny, history) = (model.ny, model.history());
-    let u = &rec.u[s.start * rec.nu..s.end * rec.nu];
-    let mut y = vec![0.0; s.len() * ny];
-    for k in history..s.len() {
-        let next = model.next(&y, u, k);
-        y[k * ny..][..ny].copy_from_slice(&next);
-    }
-    y.split_off(history * ny)
 }
 
 fn predicted(

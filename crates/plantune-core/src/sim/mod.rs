@@ -18,6 +18,7 @@ mod relay;
 mod schedule;
 mod settings;
 mod state;
+mod states_ahead;
 mod varying;
 
 pub use actuator::Actuator;

@@ -4,13 +4,13 @@
 use super::verdict::{Verdict, judged, related};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
-use crate::model::MatrixPoly;
+use crate::model::Several;
 use crate::record::Record;
 use crate::sim::{OverRecord, Start, matrix_over_record};
 
 /// Judges output `i` of `model` on `rec`; offsets are estimated when absent.
 pub fn check_output(
-    model: &MatrixPoly,
+    model: &Several,
     rec: &Record,
     i: usize,
     (x0, offset, lags): (Start, Option<&[f64]>, usize),
