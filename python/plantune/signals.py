@@ -1,8 +1,8 @@
 """Test inputs for experiments: binary sequences, multisines, chirps, staircases.
 
 All but a staircase lie between -1 and 1: scale and shift them, `50 + 5 * prbs(600, hold=12)`.  The
-same arguments give the same signal; a seed picks another one.  `plantune.analyze.experiment` chooses
-among them by what each would tell.
+same arguments give the same signal; a seed picks another one.  `plantune.analyze.experiment`
+chooses among them by what each would tell.
 """
 
 from __future__ import annotations

@@ -51,16 +51,25 @@ def _show(seen: Inspection, page: Path) -> None:
         _show_file(console, file)
     if seen.record is not None:
         console.print(Text(str(seen.record), style="bold"), soft_wrap=True)
-    for name, order in seen.excitation.items():
-        console.print(f"{name} supports {order} parameters of a linear model", soft_wrap=True)
-    for name, scan in seen.delay.items():
-        console.print(f"delay from {name}: {scan}", soft_wrap=True)
+    for moves in seen.excitation.values():
+        console.print(str(moves), soft_wrap=True)
+    if seen.impulse is not None:
+        console.print(str(seen.impulse).split("\n  ")[0], soft_wrap=True)
+    for name, found in seen.delay.items():
+        likely = " or ".join(map(str, found.likely))
+        console.print(f"delay from {name}: nk = {likely} by {found.trusted}", soft_wrap=True)
+    if seen.informative is not None:
+        for stretch in seen.informative.stretches:
+            console.print(str(stretch), soft_wrap=True)
     for note in seen.findings:
         console.print(shown_note(note), soft_wrap=True)
         if note.evidence:
             console.print(Text(f"    {note.evidence}", "dim"), soft_wrap=True)
     if not seen.findings:
         console.print("nothing wrong found")
+    console.print(Text("next", style="bold"))
+    for k, step in enumerate(seen.steps, 1):
+        console.print(f"{k}. {step}", soft_wrap=True)
     console.print(Text(f"page: {page}", style="bold"), soft_wrap=True)
 
 

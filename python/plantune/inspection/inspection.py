@@ -5,22 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, Final
+from typing import Any
 
-from plantune.analyze import DelayScan, ImpulseResponse, Informative
+from plantune.analyze import (
+    DelayEvidence,
+    ImpulseResponse,
+    Informative,
+    InputExcitation,
+    NoiseReport,
+)
 from plantune.errors import PlantuneError
 from plantune.inspection.files import FileSeen, file_seen
-from plantune.inspection.look import look
+from plantune.inspection.look import NOTHING, look
 from plantune.inspection.steps import steps
 from plantune.io import read
 from plantune.io.draft import Names
 from plantune.io.several import joined, names_of
+from plantune.models import FrequencyResponse
 from plantune.notes import DEFAULT_LIMITS, Limits, Note, merged, note_of
 from plantune.record import Record
-
-_NOTHING: Final[dict[str, Any]] = {
-    "excitation": {}, "delay": {}, "impulse": None, "informative": None
-}  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,12 +40,19 @@ class Inspection(FileSeen):
         Its time stamps, where there are some that can be read.
     record : Record or None
         The record that these columns make, where they make one.
-    excitation : mapping of name to int
-        Parameters of a linear model that each input supports, at most 8.
-    delay : mapping of name to DelayScan
-        From each input, where it can be scanned.
+    part : Record or None
+        What noise, responses and delays are those of: the record, or its best stretch where that
+        is less than half of it.
+    excitation : mapping of name to InputExcitation
+        How each input moves, and how many parameters of a linear model it supports.
+    noise : mapping of name to NoiseReport
+        Of each output.
+    response : FrequencyResponse or None
+        With coherence and bands.
     impulse : ImpulseResponse or None
         Of the first output.
+    delay : mapping of name to DelayEvidence
+        From each input, where there is one output.
     informative : Informative or None
         Stretches in which the input drives the output, ranked by what they say of it.
     steps : tuple of str
@@ -69,9 +79,12 @@ class Inspection(FileSeen):
     """
 
     record: Record | None
-    excitation: Mapping[str, int]
-    delay: Mapping[str, DelayScan]
+    part: Record | None
+    excitation: Mapping[str, InputExcitation]
+    noise: Mapping[str, NoiseReport]
+    response: FrequencyResponse | None
     impulse: ImpulseResponse | None
+    delay: Mapping[str, DelayEvidence]
     informative: Informative | None
     steps: tuple[str, ...]
     findings: tuple[Note, ...]
@@ -125,8 +138,8 @@ def inspect(
     ...     rows = "".join(f"3.5,{20 + k % 7}\n" for k in range(200))
     ...     _ = path.write_text("power,temp\n" + rows)
     ...     seen = inspect(path, u="power", y="temp", Ts=1.0)
-    >>> [note.code for note in seen.findings], seen.excitation
-    (['X01'], {'power': 0})
+    >>> [note.code for note in seen.findings], seen.excitation["power"].order
+    (['X01'], 0)
     """
     paths = [path] if isinstance(path, str | PathLike) else list(path)
     names = names_of(paths)
@@ -145,7 +158,7 @@ def inspect(
     rec = _whole(records, names, findings)
     if rec is not None and between is not None:
         rec = rec.between(*between)
-    shown = _NOTHING if rec is None else look(rec, limits, findings)
+    shown = NOTHING if rec is None else look(rec, limits, findings)
     return Inspection(
         name=files[0].name,
         columns=files[0].columns,

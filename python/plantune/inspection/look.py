@@ -2,20 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Final, TypeVar
 
-from plantune import _core
-from plantune.analyze import delay, health, impulse, informative
+from plantune.analyze import (
+    Informative,
+    delay_evidence,
+    excitation,
+    health,
+    impulse,
+    informative,
+    noise,
+    spa,
+)
 from plantune.errors import PlantuneError
 from plantune.notes import Limits, Note, note_of
 from plantune.record import Record
 
-MOST_ORDER: Final = 8
-"""Parameters up to which the excitation is looked at."""
+NOTHING: Final[dict[str, Any]] = {
+    "part": None,
+    "excitation": {},
+    "noise": {},
+    "response": None,
+    "impulse": None,
+    "delay": {},
+    "informative": None,
+}
+"""Of no record."""
 
 _MOST_DELAY: Final = 20
 _TAPS: Final = 60
+_MOST_ROWS: Final = 20_000
+"""Of the part that is looked at closely."""
 
 Found = TypeVar("Found")
 
@@ -23,11 +41,11 @@ Found = TypeVar("Found")
 def look(rec: Record, limits: Limits, findings: list[Note]) -> dict[str, Any]:
     """Return the analyses of a record by the names they have in `Inspection`; add what they find.
 
-    The delay is scanned for records of one output, an impulse response estimated of the first
-    output; stretches are searched where there is one input.
+    Stretches are searched where there is one input; where the best is less than half of the
+    record, noise, responses and delay are those of it alone.  The delay is weighed for records of
+    one output, the impulse response is that of the first output.
     """
     findings += [*rec.notes, *health(rec, limits).notes]
-    orders = _core.excitation_orders(rec, MOST_ORDER, limits)
 
     def found(analysis: Callable[[], Found]) -> Found | None:
         try:
@@ -35,25 +53,49 @@ def look(rec: Record, limits: Limits, findings: list[Note]) -> dict[str, Any]:
         except PlantuneError as error:
             findings.append(note_of(error))
             return None
-        refused = {note.code for note in findings if note.severity == "error"}
-        findings.extend(n for n in result.notes if n.code not in refused)  # type: ignore[attr-defined]
+        findings.extend(_new(result.notes, findings))  # type: ignore[attr-defined]
         return result
 
-    nk = (0, max(1, min(_MOST_DELAY, rec.N // 4)))
-    scans = {
-        name: found(lambda i=i: delay(rec, nk, input=i, limits=limits))  # type: ignore[misc]
-        for i, name in enumerate(rec.u_names if rec.ny == 1 else ())
-    }
-    moved = any(orders)
-    taps = min(_TAPS, rec.N // (4 * rec.nu))
-    of_output = rec.y_names[0]
+    moves = excitation(rec, limits)
+    findings.extend(_new(moves.notes, findings))
+    moved = any(each.order > 0 for each in moves.inputs)
+    stretches = found(lambda: informative(rec, limits=limits)) if moved and rec.nu == 1 else None
+    part = _part(rec, stretches)
+    nk = (0, max(1, min(_MOST_DELAY, part.N // 4)))
+    taps = min(_TAPS, part.N // (4 * rec.nu)) if moved else 0
+    outputs = [(name, found(lambda y=name: noise(part, y, limits=limits))) for name in rec.y_names]  # type: ignore[misc]
+    delays = [
+        (name, found(lambda i=i: delay_evidence(part, nk, input=i, limits=limits)))  # type: ignore[misc]
+        for i, name in enumerate(rec.u_names if moved and rec.ny == 1 else ())
+    ]
+    first = rec.y_names[0]
     return {
-        "excitation": dict(zip(rec.u_names, orders, strict=True)),
-        "delay": {name: scan for name, scan in scans.items() if scan is not None},
-        "impulse": found(lambda: impulse(rec, taps, output=of_output, limits=limits))
-        if moved and taps
+        "part": part,
+        "excitation": {each.name: each for each in moves.inputs},
+        "noise": _there(outputs),
+        "response": found(lambda: spa(part, limits=limits)) if moved else None,
+        "impulse": found(lambda: impulse(part, taps, output=first, limits=limits))
+        if taps
         else None,
-        "informative": found(lambda: informative(rec, limits=limits))
-        if moved and rec.nu == 1
-        else None,
+        "delay": _there(delays),
+        "informative": stretches,
     }
+
+
+def _part(rec: Record, found: Informative | None) -> Record:
+    """Return the best stretch of a record that says most there, and of a long one the beginning."""
+    if found is not None and found.identifiable:
+        best = found.identifiable[0].rows
+        if best.stop - best.start <= rec.N // 2:
+            rec = rec.take(best)
+    return rec if rec.N <= _MOST_ROWS else rec.take(slice(0, _MOST_ROWS))
+
+
+def _new(notes: Iterable[Note], findings: list[Note]) -> list[Note]:
+    """Return the notes that no refusal has said already."""
+    refused = {note.code for note in findings if note.severity == "error"}
+    return [note for note in notes if note.code not in refused]
+
+
+def _there(pairs: list[tuple[str, Found | None]]) -> dict[str, Found]:
+    return {name: found for name, found in pairs if found is not None}

@@ -81,17 +81,40 @@ def _found(seen: Inspection) -> str:
 def _figures(seen: Inspection) -> str:
     if seen.record is None:
         return "<p>Nothing, before input and output are named.</p>"
-    drawn = [*_record(seen.record), *_delays(seen, seen.record)]
+    drawn = [*_record(seen, seen.record), *_responses(seen), *_delays(seen), *_noise(seen)]
     return HINT + "".join(drawn_figure(*each) for each in drawn)
 
 
-def _record(rec: Record) -> Drawn:
-    yield "record", plot.record(rec), ""
+def _record(seen: Inspection, rec: Record) -> Drawn:
+    found = seen.informative
+    if found is not None and found.stretches:
+        text = "Shaded: where the input drives the output, darker where it can be identified."
+        yield "record", plot.stretches(rec, found), text
+    else:
+        yield "record", plot.record(rec), ""
 
 
-def _delays(seen: Inspection, rec: Record) -> Drawn:
-    for i, scan in enumerate(seen.delay.values()):
-        yield f"delay-{i}", plot.delay(scan, of=rec), ""
+def _responses(seen: Inspection) -> Drawn:
+    if seen.impulse is not None:
+        text = "Without a model; 95 % bands."
+        for i in range(len(seen.impulse.inputs)):
+            yield f"impulse-{i}", plot.impulse(seen.impulse, of=seen.part, input=i), text
+    if seen.response is not None:
+        text = "Blank where the output does not follow the input, coherence below one half."
+        for i in range(seen.response.G.shape[2]):
+            yield f"response-{i}", plot.frequency(seen.response, of=seen.part, input=i), text
+
+
+def _delays(seen: Inspection) -> Drawn:
+    for i, found in enumerate(seen.delay.values()):
+        yield f"delay-{i}", plot.delay_evidence(found, of=seen.part), ""
+
+
+def _noise(seen: Inspection) -> Drawn:
+    for i, found in enumerate(seen.noise.values()):
+        advice = ". ".join(text[:1].upper() + text[1:] for text in found.advice)
+        yield f"noise-{i}", plot.noise(found), advice
+        yield f"spectrum-{i}", plot.spectrum(found, of=seen.part), ""
 
 
 def _file(file: FileSeen) -> str:
