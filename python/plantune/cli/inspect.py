@@ -54,7 +54,8 @@ def _show(seen: Inspection, page: Path) -> None:
     for moves in seen.excitation.values():
         console.print(str(moves), soft_wrap=True)
     if seen.impulse is not None:
-        console.print(str(seen.impulse).split("\n  ")[0], soft_wrap=True)
+        lines = str(seen.impulse).splitlines()[: 1 + len(seen.impulse.inputs)]
+        console.print("\n".join(lines), soft_wrap=True)
     for name, found in seen.delay.items():
         likely = " or ".join(map(str, found.likely))
         console.print(f"delay from {name}: nk = {likely} by {found.trusted}", soft_wrap=True)

@@ -75,4 +75,5 @@ def _rows(rec: Record, found: Informative) -> tuple[str, str]:
     best = found.identifiable[0]
     if best.rows.stop - best.rows.start > rec.N // 2:
         return "", ""
-    return str(best), f"--between {best.start:g} {best.end + rec.Ts:g}"
+    rows = f"{best.rows.stop - best.rows.start} rows from {best.start:g} to {best.end:g} s"
+    return rows, f"--between {best.start:g} {best.end + rec.Ts:g}"
