@@ -85,17 +85,18 @@ def test_a_sure_weight_is_right(case):
     [
         ({}, 0.99),
         ({"noise": 0.2}, 0.9),
-        ({"lags": 2}, 0.5),
-        ({"lags": 2, "ar": 0.95}, 0.7),
+        ({"lags": 2}, 0.25),
+        ({"lags": 2, "ar": 0.95}, 0.2),
         ({"ar": 0.9}, 0.95),
     ],
 )
 def test_the_trusted_way_counted(case, right):
-    """Recipes of issue 8: 262 of 263 sure weights were right."""
+    """A sure weight is right; of two lags none is sure, and the truth is among the likely."""
     found = [pt.analyze.delay_evidence(slow_clock(s, **case), (1, 12)) for s in range(30)]
     sure = [f.nk == 4 for f in found if f.weight > 0.9]
     assert np.mean([f.nk == 4 for f in found]) >= right
     assert sum(sure) >= len(sure) - 1
+    assert np.mean([4 in f.likely for f in found]) >= 0.9
 
 
 def test_feedback_is_said():

@@ -62,7 +62,7 @@ class ImpulseResponse:
     >>> import plantune as pt
     >>> h = pt.analyze.impulse(pt.datasets.hair_dryer(), n=40)
     >>> h.nk, h.g.shape, round(h.gain, 2)
-    (3, (40,), 0.94)
+    (2, (40,), 0.94)
     """
 
     lags: NDArray[np.int64]
@@ -162,7 +162,7 @@ def impulse(
     >>> import plantune as pt
     >>> print(pt.analyze.impulse(pt.datasets.hair_dryer(), n=40))
     impulse response of temp, 40 taps, TC kernel, 959 rows
-      power: gain 0.9362 ± 0.011, nk = 3
+      power: gain 0.9355 ± 0.013, nk = 2
     """
     limits = limits or rec.limits or DEFAULT_LIMITS
     _check(n, nk, kernel)

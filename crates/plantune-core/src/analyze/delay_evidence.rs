@@ -72,15 +72,15 @@ pub fn delay_evidence(
     let longest = rec.segments().map(|s| s.len()).max().unwrap_or(0);
     let lags = LAGS.max(high).min(longest.saturating_sub(1) / 3).max(1);
     let correlation = xcorr(rec, (input, 0), lags, limits)?;
-    let first = low.min(1);
-    let n = taps(rec, first, high);
-    let options = ImpulseOptions { n, kernel: Some(Kernel::Tc), first, nk: None, whiten: true };
-    let impulse = impulse(rec, 0, &options, limits)?;
-    let pieces = pieces(rec, input, &impulse, high);
     let p = p_of_feedback(rec, input, false);
     let feedback = p < CHANCE || correlation.feedback.is_some();
     // In closed loop u(t) holds e(t) by way of the controller, and no delay at all would explain it by itself.
     let least = if feedback { low.max(1).min(high) } else { low };
+    let first = least.min(1);
+    let n = taps(rec, first, high);
+    let options = ImpulseOptions { n, kernel: Some(Kernel::Tc), first, nk: None, whiten: true };
+    let impulse = impulse(rec, 0, &options, limits)?;
+    let pieces = pieces(rec, input, &impulse, high);
     let oe = oe_scan(&pieces, (least, high), rec.Ts, limits);
     let notes = feedback.then(|| answers(rec, input, p)).into_iter().collect();
     Ok(judged(

@@ -44,6 +44,9 @@ const BEHIND: usize = 2;
 /// Share of the final value within which a step response has settled.
 const SETTLED: f64 = 0.05;
 
+/// Peak of a step response, as a share of its final value, from which it oscillates.
+const OVERSHOOT: f64 = 1.2;
+
 /// Largest lag as a share of the rows, and rows per column.
 const REACH: usize = 4;
 const ROWS: usize = 5;
@@ -131,7 +134,7 @@ impl<'r, 'a> Study<'r, 'a> {
     fn said(&self, i: usize, (lag, apart): (usize, f64), what: &str) -> Note {
         let (name, model) = (self.rec.input_name(i), self.curves[i].at(lag as f64));
         let text = format!(
-            "the record's own step response to {name} is another{what}: {} after {lag} samples, the model's {}",
+            "the record's own step response to {name} is another{what}: {} at lag {lag}, the model's {}",
             rounded(model + apart),
             rounded(model)
         );
@@ -316,9 +319,15 @@ impl Curve {
         let before = self.nk as f64 - 1.0; // the last lag at rest
         let stretched = |k: f64, r: f64| if k < before { 0.0 } else { self.at(before + (k - before) / r) };
         let slower = |r: f64| (Change::Lag(r - 1.0), self.taps(|k| stretched(k, r) - self.at(k)));
+        // An oscillation has no time constant to be off.
+        let lags = if self.size > OVERSHOOT * self.gain.abs() {
+            Vec::new()
+        } else {
+            [0.5, 0.67, 0.8, 1.25, 1.5, 2.0].map(slower).to_vec()
+        };
         let gain = (Change::Gain, self.taps(|k| self.at(k)));
         let delays = [-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0].map(later);
-        [gain].into_iter().chain(delays).chain([0.5, 0.67, 0.8, 1.25, 1.5, 2.0].map(slower)).collect()
+        [gain].into_iter().chain(delays).chain(lags).collect()
     }
 
     /// Lag at which the step response is furthest off, and by how much.
