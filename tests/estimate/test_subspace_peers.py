@@ -24,6 +24,8 @@ SETS = {  # file, inputs, outputs, cases (n, s)
     "fine_steering_mirror": (None, None, None, [(8, 20)]),
 }
 CASES = [(name, n, s) for name, (*_, cases) in SETS.items() for n, s in cases]
+# SIPPY takes 20 s over the mirror's three inputs and outputs.
+SLOW = {"fine_steering_mirror": (pytest.mark.slow,)}
 
 
 def halves(folder, name):
@@ -87,7 +89,9 @@ def sippy(u, y, n, s, method):
     return {"A": found.A, "B": found.B, "C": found.C, "D": found.D}
 
 
-@pytest.mark.parametrize("name, n, s", CASES)
+@pytest.mark.parametrize(
+    "name, n, s", [pytest.param(*case, marks=SLOW.get(case[0], ())) for case in CASES]
+)
 def test_at_least_theirs(data, name, n, s):
     for peer in ("nfoursid", "sippy_unipi"):
         pytest.importorskip(peer, reason="make .venv/extra-bench brings it", exc_type=ImportError)
