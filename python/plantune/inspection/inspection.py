@@ -165,7 +165,7 @@ def inspect(
         stamps=files[0].stamps,
         record=rec,
         **shown,
-        steps=steps(files[0].name, rec, shown["informative"], findings, ways),
+        steps=steps(files[0].name, rec, shown["informative"], shown["impulse"], findings, ways),
         findings=tuple(dict.fromkeys(findings)),
         others=tuple(files[1:]),
     )

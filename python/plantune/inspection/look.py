@@ -47,25 +47,32 @@ def look(rec: Record, limits: Limits, findings: list[Note]) -> dict[str, Any]:
     """
     findings += [*rec.notes, *health(rec, limits).notes]
 
-    def found(analysis: Callable[[], Found]) -> Found | None:
+    def found(analysis: Callable[[], Found], but: tuple[str, ...] = ()) -> Found | None:
         try:
             result = analysis()
         except PlantuneError as error:
             findings.append(note_of(error))
             return None
-        findings.extend(_new(result.notes, findings))  # type: ignore[attr-defined]
+        notes = (note for note in result.notes if note.code not in but)  # type: ignore[attr-defined]
+        findings.extend(_new(notes, findings))
         return result
 
     moves = excitation(rec, limits)
     findings.extend(_new(moves.notes, findings))
     moved = any(each.order > 0 for each in moves.inputs)
-    stretches = found(lambda: informative(rec, limits=limits)) if moved and rec.nu == 1 else None
+    # What it finds nowhere, or closed, is asked again of the part that is looked at closely.
+    stretches = (
+        found(lambda: informative(rec, limits=limits), but=("X02", "X09"))
+        if moved and rec.nu == 1
+        else None
+    )
     part = _part(rec, stretches)
     nk = (0, max(1, min(_MOST_DELAY, part.N // 4)))
     taps = min(_TAPS, part.N // (4 * rec.nu)) if moved else 0
-    outputs = {name: noise(part, name, limits=limits) for name in rec.y_names}
-    for report in outputs.values():  # a record that moves shows its response too: no fault of it
-        findings.extend(n for n in _new(report.notes, findings) if n.code not in ("X03", "X04"))
+    outputs = [
+        (name, found(lambda y=name: noise(part, y, limits=limits), but=("X03", "X04")))  # type: ignore[misc]
+        for name in rec.y_names
+    ]  # a record that moves shows its response too: no fault of it
     delays = [
         (name, found(lambda i=i: delay_evidence(part, nk, input=i, limits=limits)))  # type: ignore[misc]
         for i, name in enumerate(rec.u_names if moved and rec.ny == 1 else ())
@@ -74,7 +81,7 @@ def look(rec: Record, limits: Limits, findings: list[Note]) -> dict[str, Any]:
     return {
         "part": part,
         "excitation": {each.name: each for each in moves.inputs},
-        "noise": outputs,
+        "noise": _there(outputs),
         "response": found(lambda: spa(part, limits=limits)) if moved else None,
         "impulse": found(lambda: impulse(part, taps, output=first, limits=limits))
         if taps
