@@ -534,14 +534,13 @@ def delay_evidence(rec: Record, input: int, nk: tuple[int, ...], limits: Limits)
 def impulse(
     rec: Record,
     output: int,
-    n: int,
-    kernel: str | None,
-    direct: bool,
-    nk: int | None,
-    whiten: bool,
+    options: tuple[int, str | None, bool, int | None, bool],
     limits: Limits,
 ) -> Fields:
-    """Fields of `ImpulseResponse`, a list with one entry per input; `weights` from `first` on."""
+    """Fields of `ImpulseResponse`; `options` are `n, kernel, direct, nk, whiten`.
+
+    A list has one entry per input; `weights` count from `first` on.
+    """
 
 def least_squares(phi: Floats, y: Floats) -> Fields:
     """Fields of `Fit` but `method source Ts`; no model."""
@@ -1093,15 +1092,13 @@ class Bank:
 def check(
     rec: Record,
     model: Model,
-    x0: str,
-    offset: float | None,
-    lags: int,
-    fitted: int | None,
+    options: tuple[str, float | None, int, int | None],
     limits: Limits,
 ) -> Fields:
     """Fields of `Verdict` that are computed; an X04 carries them in `.result`.
 
-    `fitted` is the number of rows that the model was fitted on, where there was a fit.
+    `options` are `x0, offset, lags, fitted`; the last is the number of rows that the model was
+    fitted on, where there was a fit.
     """
 
 def plausible(

@@ -248,22 +248,19 @@ struct ImpulseOut<'py> {
     notes: Vec<NoteOut>,
 }
 
+/// `options` are `n, kernel, direct, nk, whiten`.
 #[pyfunction]
-#[pyo3(signature = (rec, output, n, kernel, direct, nk, whiten, limits))]
 fn impulse<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
     output: usize,
-    n: usize,
-    kernel: Option<&str>,
-    direct: bool,
-    nk: Option<usize>,
-    whiten: bool,
+    options: (usize, Option<String>, bool, Option<usize>, bool),
     limits: LimitsIn,
 ) -> Outcome<ImpulseOut<'py>> {
     let limits: Limits = limits.into();
     let record = rec.view(&limits)?;
-    let kernel = kernel.map(self::kernel).transpose()?;
+    let (n, kernel, direct, nk, whiten) = options;
+    let kernel = kernel.as_deref().map(self::kernel).transpose()?;
     let options = ImpulseOptions { n, kernel, first: usize::from(!direct), nk, whiten };
     let found = py.detach(|| analyze::impulse(&record, output, &options, &limits))?;
     Ok(impulse_out(py, found))

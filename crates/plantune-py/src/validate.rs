@@ -87,20 +87,19 @@ fn residuals_out(py: Python<'_>, r: Residuals) -> ResidualsOut<'_> {
     }
 }
 
+/// `options` are `x0, offset, lags, fitted`.
 #[pyfunction]
 fn check<'py>(
     py: Python<'py>,
     rec: RecordIn<'py>,
     model: ModelIn,
-    x0: &str,
-    offset: Option<f64>,
-    lags: usize,
-    fitted: Option<usize>,
+    options: (String, Option<f64>, usize, Option<usize>),
     limits: LimitsIn,
 ) -> Outcome<VerdictOut<'py>> {
     let limits: Limits = limits.into();
     let record = rec.view_of_any_stamps(&limits)?;
-    let options = CheckOptions { x0: start(x0)?, offset, lags, fitted };
+    let (x0, offset, lags, fitted) = options;
+    let options = CheckOptions { x0: start(&x0)?, offset, lags, fitted };
     checked(py, py.detach(|| validate::check(&model.0, &record, &options, &limits)))
 }
 

@@ -167,7 +167,7 @@ def impulse(
     limits = limits or rec.limits or DEFAULT_LIMITS
     _check(n, nk, kernel)
     which = output_number(rec, output)
-    d = _core.impulse(rec, which, n, kernel, direct, nk, whiten, limits)
+    d = _core.impulse(rec, which, (n, kernel, direct, nk, whiten), limits)
     return impulse_from_core(d, rec, which, kernel, limits)
 
 

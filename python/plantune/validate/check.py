@@ -239,7 +239,7 @@ def check(
         else:
             level = None if used is None else used[0]
             fitted = fit.N if isinstance(fit, Fit) else None
-            d = _core.check(rec, model, x0, level, lags, fitted, limits)
+            d = _core.check(rec, model, (x0, level, lags, fitted), limits)
     except NotIdentifiable as error:
         if error.result is not None:
             error.result = _verdict(error.result, rec, measured, i, extra, further)

@@ -89,8 +89,8 @@ mod tests {
 
     #[test]
     fn white_noise_needs_no_order_and_a_standstill_has_none() {
-        let A = autoregression(&white(5_000, 4), &[0..5_000], 0);
+        let A = autoregression(&white(5_000, 4), &[0..2_000, 2_000..5_000], 0);
         assert_eq!(A, [1.0]);
-        assert_eq!(autoregression(&[0.0; 50], &[0..50], 5), [1.0]);
+        assert_eq!(autoregression(&[0.0; 50], &[0..20, 20..50], 5), [1.0]);
     }
 }
