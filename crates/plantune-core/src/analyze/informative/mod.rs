@@ -22,6 +22,7 @@ mod causality;
 use std::ops::Range;
 
 use self::causality::{LEAST_ROWS, causality};
+use super::feedback::p_of_feedback;
 use crate::batch::{Information, ProcessOptions, information, p1d};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
@@ -35,6 +36,9 @@ const MOST_CONDITION: f64 = 100.0;
 
 /// Chance below which u drives y.
 const DRIVES: f64 = 1e-6;
+
+/// Chance of an error of y moving u as clearly, below which the loop is closed.
+const ANSWERS: f64 = 1e-3;
 
 /// Windows overlap by all but this part.
 const STRIDE: usize = 4;
@@ -84,7 +88,7 @@ pub struct InformativeStretch {
     pub F: f64,
     /// Least chance of its windows.
     pub p: f64,
-    /// Chance of y driving u as clearly as here where it does not.
+    /// Chance of errors of y moving u as clearly as here where they do not.
     pub p_feedback: f64,
     /// What its rows say about the rough plant; none where they tell nothing.
     pub information: Option<Information>,
@@ -102,7 +106,7 @@ impl InformativeStretch {
 
     /// Whether the input answers the output.
     pub fn has_feedback(&self) -> bool {
-        self.p_feedback < DRIVES
+        self.p_feedback < ANSWERS
     }
 }
 
@@ -179,7 +183,7 @@ fn test(rec: &Record, rows: Range<usize>, least: f64) -> Window {
     if high - low <= least {
         return Window { rows, condition: f64::INFINITY, F: 0.0, p: 1.0 };
     }
-    let found = causality(u, y, false);
+    let found = causality(u, y);
     Window { rows, condition: found.condition, F: found.F, p: found.p }
 }
 
@@ -204,7 +208,7 @@ fn merged(rec: &Record, windows: &[Window]) -> Vec<InformativeStretch> {
         }
     }
     for s in &mut stretches {
-        s.p_feedback = causality(&rec.y[s.rows.clone()], &rec.u[s.rows.clone()], true).p;
+        s.p_feedback = p_of_feedback(&part(rec, &s.rows), 0, false);
     }
     stretches
 }
