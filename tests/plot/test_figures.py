@@ -102,6 +102,8 @@ def figures(rec, fits, verdicts, tuning, response):
         "margins": plot.margins(tuning),
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
+        "delay_evidence": plot.delay_evidence(pt.analyze.delay_evidence(rec), of=rec),
+        "impulse": plot.impulse(pt.analyze.impulse(rec, 40), fits[0], of=rec),
         "hysteresis": plot.hysteresis(*loop(), of=rec),
         "tracking": plot.tracking(followed(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "forc": plot.forc(curves(), x="valve", y="level", x_unit="%", y_unit="cm"),

@@ -60,8 +60,8 @@ def delay_evidence(found: DelayEvidence, of: Record | None = None) -> go.Figure:
         [130, 150, 130, 170],
     )
     _weights(fig, found)
-    _taps(fig, found)
-    _loss(fig, found)
+    _taps(fig, found, names.gain_unit)
+    _loss(fig, found, f"{names.y_unit}²" if names.y_unit else "y²")
     _correlations(fig, found)
     for row in range(1, 5):
         fig.add_vline(x=found.nk, line={"dash": "dash", "color": MODEL, "width": 1}, row=row, col=1)
@@ -81,24 +81,24 @@ def _weights(fig: go.Figure, found: DelayEvidence) -> None:
         showlegend=False,
     )
     fig.add_trace(bars, row=1, col=1)
-    fig.update_yaxes(title_text="OE scan", range=[0, 1.05], row=1, col=1)
+    fig.update_yaxes(title_text=axis("OE weight", "1"), range=[0, 1.05], row=1, col=1)
 
 
-def _taps(fig: go.Figure, found: DelayEvidence) -> None:
+def _taps(fig: go.Figure, found: DelayEvidence, unit: str) -> None:
     h, i = found.impulse, found.input
     g, sd = (h.g, h.sd) if h.g.ndim == 1 else (h.g[:, i], h.sd[:, i])
     band(fig, h.lags, g - WIDTH * sd, g + WIDTH * sd, "95 % of the taps", BAND, 2)
     line(fig, h.lags, g, "taps", MEASURED, 2, showlegend=False)
     fig.data[-1].update(mode="lines+markers", marker={"size": 5})
     _mark(fig, h.lags, g, found.ways[1].nk, 2)
-    fig.update_yaxes(title_text="impulse", row=2, col=1)
+    fig.update_yaxes(title_text=axis("taps", unit), row=2, col=1)
 
 
-def _loss(fig: go.Figure, found: DelayEvidence) -> None:
+def _loss(fig: go.Figure, found: DelayEvidence, unit: str) -> None:
     line(fig, found.arx.candidates, found.arx.loss, "loss", MEASURED, 3, showlegend=False)
     fig.data[-1].update(mode="lines+markers", marker={"size": 5})
     _mark(fig, found.arx.candidates, found.arx.loss, found.arx.nk, 3)
-    fig.update_yaxes(title_text="ARX loss", row=3, col=1)
+    fig.update_yaxes(title_text=axis("ARX loss", unit), row=3, col=1)
 
 
 def _correlations(fig: go.Figure, found: DelayEvidence) -> None:
@@ -109,7 +109,7 @@ def _correlations(fig: go.Figure, found: DelayEvidence) -> None:
     line(fig, r.lags, r.prewhitened, "pre-whitened", MODEL, 4)
     fig.data[-1].update(mode="lines+markers", marker={"size": 5})
     _mark(fig, r.lags, r.prewhitened, r.first, 4)
-    fig.update_yaxes(title_text="correlation", row=4, col=1)
+    fig.update_yaxes(title_text=axis("correlation", "1"), row=4, col=1)
 
 
 def _mark(fig: go.Figure, x: Any, y: Floats, at: int | None, row: int) -> None:
