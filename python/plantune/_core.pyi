@@ -480,6 +480,9 @@ def exclude(
 ) -> Fields:
     """`kept` ranges of rows, `log` and `notes` of a record without stuck and saturated rows."""
 
+def compression(
+    rec: Record, keep: bool, limits: Limits
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]: ...
 def spikes(rec: Record, limits: Limits) -> tuple[list[int], list[int], list[Fields]]:
     """Row of the record and output of each spike (D19), and a note per output."""
 

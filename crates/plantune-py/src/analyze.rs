@@ -15,6 +15,7 @@ pub fn register(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(health, m)?)?;
     m.add_function(wrap_pyfunction!(informative, m)?)?;
     m.add_function(wrap_pyfunction!(exclude, m)?)?;
+    m.add_function(wrap_pyfunction!(compression, m)?)?;
     m.add_function(wrap_pyfunction!(spikes, m)?)?;
     m.add_function(wrap_pyfunction!(excitation_orders, m)?)?;
     m.add_function(wrap_pyfunction!(input_moves, m)?)?;
@@ -127,6 +128,35 @@ fn exclude(
         log: out.log,
         notes: notes(&out.notes),
     })
+}
+
+/// The dict behind `plantune.analyze.OutputCompression(**d)`.
+#[derive(IntoPyObject)]
+struct CompressionOut {
+    repeated: f64,
+    in_line: f64,
+    step: Option<f64>,
+    refilled: Option<&'static str>,
+}
+
+/// What each output shows of a historian's compression, and the same in words.
+#[pyfunction]
+fn compression(
+    py: Python<'_>,
+    rec: RecordIn<'_>,
+    keep: bool,
+    limits: LimitsIn,
+) -> Outcome<(Vec<CompressionOut>, Vec<NoteOut>)> {
+    let limits: Limits = limits.into();
+    let record = rec.view(&limits)?;
+    let (found, said) = py.detach(|| analyze::compressed_outputs(&record, keep));
+    let out = |c: analyze::Compression| CompressionOut {
+        repeated: c.repeated,
+        in_line: c.in_line,
+        step: c.step,
+        refilled: c.refilled.map(analyze::Refilled::as_str),
+    };
+    Ok((found.into_iter().map(out).collect(), notes(&said)))
 }
 
 /// Row of the record and output of each spike, and the same in words.

@@ -1,5 +1,6 @@
 """A look at a record before a model is fitted."""
 
+from plantune.analyze.compression import Compression, OutputCompression, compression
 from plantune.analyze.delay import DelayScan, delay
 from plantune.analyze.delay_evidence import DelayEvidence, OEScan, delay_evidence
 from plantune.analyze.excitation import Excitation, InputExcitation, excitation
@@ -15,6 +16,7 @@ from plantune.analyze.xcorr import Correlation, xcorr
 
 __all__ = [
     "Coherence",
+    "Compression",
     "Correlation",
     "DelayEvidence",
     "DelayScan",
@@ -28,9 +30,11 @@ __all__ = [
     "NoiseReport",
     "OEScan",
     "OffsetSteps",
+    "OutputCompression",
     "Prediction",
     "Spectrum",
     "coherence",
+    "compression",
     "delay",
     "delay_evidence",
     "etfe",

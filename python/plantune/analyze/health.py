@@ -109,6 +109,8 @@ def health(rec: Record, limits: Limits | None = None) -> Health:
     lie from each other.
     *Saturated* (M03): an input lies at an end of its travel in more than the share M03 of the rows,
     and five times as often as on any value in between; an error beyond the share `M03_most`.
+    *Compressed* (D15): an output lies in exact line with its neighbours, or repeats itself between
+    jumps, in more rows than a measurement does; `read` refuses it.
     *Quantised* (M04): the least step between two values of an output is more than the share M04 of
     its response; an error where it takes one value.
 
@@ -128,6 +130,12 @@ def health(rec: Record, limits: Limits | None = None) -> Health:
         spikes=tuple(Spike(*s) for s in d["spikes"]),
         sentinels=tuple(Sentinel(*s) for s in d["sentinels"]),
         saturated=tuple(Stretch(*s) for s in d["saturated"]),
-        notes=(*notes_from_core(d["notes"]), *limits.changes()),
+        notes=(*_unsaid(notes_from_core(d["notes"]), rec), *limits.changes()),
         source=rec.source,
     )
+
+
+def _unsaid(notes: tuple[Note, ...], rec: Record) -> tuple[Note, ...]:
+    """Leave out compression where reading the record has noted it."""
+    said = any(note.code == "D15" for note in rec.notes)
+    return tuple(note for note in notes if not (said and note.code == "D15"))

@@ -47,6 +47,9 @@ class Reading:
         bool, typer.Option("--sort-segments", help="Cut where the clock goes back.")
     ] = False
     ragged: Annotated[str, typer.Option(help="Rows with other fields: error or skip.")] = "error"
+    compressed: Annotated[
+        str, typer.Option(help="Outputs compressed by a historian: error or keep.")
+    ] = "error"
     resample: Annotated[float | None, typer.Option(help="Bring jittered stamps to this step.")] = (
         None
     )
@@ -86,6 +89,7 @@ class Reading:
             "uncertain": self.uncertain,
             "sort": "segments" if self.sort_segments else self.sort,
             "ragged": self.ragged,
+            "compressed": self.compressed,
         }
 
 

@@ -183,6 +183,7 @@ def _record(
         "D05": {"ragged": "skip"},
         "D07": {"missing": "segments"},
         "D13": {"sort": True},
+        "D15, compressed": {"compressed": "keep"},
     }
     if step > 0:
         ways["D15"] = {"resample": step}
@@ -191,11 +192,18 @@ def _record(
             return read(path, **options)
         except PlantuneError as error:
             findings[:] = [*(n for n in findings if n.code != error.code), note_of(error)]
-            if error.code not in ways:
+            way = _way(error, ways)
+            if way is None:
                 return None
-            way = ways.pop(error.code)
             taken |= way
             options = {**options, **way}
+
+
+def _way(error: PlantuneError, ways: dict[str, dict[str, Any]]) -> dict[str, Any] | None:
+    """Take the way on behind a refusal, each once."""
+    if error.code == "D15" and "compressed" in error.text:
+        return ways.pop("D15, compressed", None)
+    return ways.pop(error.code, None)
 
 
 def _whole(

@@ -19,6 +19,7 @@ _AS_TYPED = {
     ("missing", "segments"): "--missing segments",
     ("sort", True): "--sort",
     ("ragged", "skip"): "--ragged skip",
+    ("compressed", "keep"): "--compressed keep",
 }
 
 

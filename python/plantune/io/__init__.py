@@ -69,6 +69,7 @@ def read(
     sort: bool | Literal["segments"] = False,
     ragged: Literal["error", "skip"] = "error",
     stamps: Literal["uniform", "irregular"] = "uniform",
+    compressed: Literal["error", "keep"] = "error",
     units: Mapping[str, str] | None = None,
     limits: Limits | None = None,
 ) -> Record:
@@ -119,6 +120,9 @@ def read(
         there.
     stamps : "uniform" or "irregular"
         Refuse stamps that are not uniform; or keep them as they are, for `estimate.process`.
+    compressed : "error" or "keep"
+        Refuse outputs that a historian has thinned out and filled again by lines or by held values,
+        or keep them with a note; not asked of rows that `resample` has made.
     units : mapping of name to str, optional
         Units of columns, before those of the header.
     limits : Limits, optional
@@ -134,7 +138,8 @@ def read(
         Too large (D01), another format or damaged (D02), encoding (D03), no rows (D04), ragged
         (D05), not numbers (D06, D11), missing values (D07), infinite ones (D08), columns of
         different length (D09), doubled columns (D12), time stamps that go back, repeat, are not
-        uniform or cannot be read in one way only (D13 to D16), words that are no quality (D17).
+        uniform or cannot be read in one way only (D13 to D16), outputs that a historian has
+        compressed (D15), words that are no quality (D17).
     UsageError
         Columns or sample time not given, or not in the file; files that differ; scipy or pyarrow
         not installed (U01).
@@ -167,6 +172,7 @@ def read(
         sort=sort,
         ragged=ragged,
         stamps=stamps,
+        compressed=compressed,
         units=units or {},
         limits=limits or Limits(),
     )

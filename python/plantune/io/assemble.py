@@ -8,7 +8,8 @@ from numbers import Real
 
 import numpy as np
 
-from plantune.errors import DataError, refusal
+from plantune import _core
+from plantune.errors import DataError, from_note, refusal
 from plantune.io.choose import Chosen, choose
 from plantune.io.draft import Choice, Draft
 from plantune.io.missing import cut, marked, refuse_missing, without_sentinels
@@ -16,7 +17,7 @@ from plantune.io.order import as_stamped, in_order, on_grid, with_step, without_
 from plantune.io.quality import graded
 from plantune.io.stamps import seconds, which_count
 from plantune.io.table import Column, Sheet, Table, Wanted
-from plantune.notes import Limits
+from plantune.notes import Limits, notes_from_core
 from plantune.record import Record
 
 
@@ -44,7 +45,18 @@ def record_from(sheet: Sheet, choice: Choice) -> Record:
         draft = marked(draft, chosen.outputs, choice.limits)
     if choice.missing == "segments":
         draft = cut(draft, choice.limits)
-    return _record(sheet.columns, chosen, choice, draft)
+    return _uncompressed(_record(sheet.columns, chosen, choice, draft), choice)
+
+
+def _uncompressed(rec: Record, choice: Choice) -> Record:
+    """Refuse outputs that a historian has compressed, or note them (D15)."""
+    if choice.resample is not None or rec.irregular:
+        return rec
+    keep = choice.compressed == "keep"
+    notes = notes_from_core(_core.compression(rec, keep, choice.limits)[1])
+    if notes and not keep:
+        raise from_note(notes[0])
+    return replace(rec, notes=(*rec.notes, *notes)) if notes else rec
 
 
 def check(choice: Choice) -> None:
@@ -55,6 +67,7 @@ def check(choice: Choice) -> None:
         ("ragged", choice.ragged, ("error", "skip")),
         ("uncertain", choice.uncertain, ("drop", "keep")),
         ("stamps", choice.stamps, ("uniform", "irregular")),
+        ("compressed", choice.compressed, ("error", "keep")),
     ):
         if value not in allowed:
             raise refusal(

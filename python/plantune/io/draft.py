@@ -34,6 +34,7 @@ class Choice:
     sort: bool | str
     ragged: str
     stamps: str
+    compressed: str
     units: Mapping[str, str]
     limits: Limits
 

@@ -1,6 +1,7 @@
 //! What is wrong with a record before any model: outputs that stand still, spikes, sentinels (D18, D19),
-//! inputs at a limit (M03), outputs read too coarsely (M04).
+//! inputs at a limit (M03), outputs read too coarsely (M04), outputs compressed by a historian (D15).
 
+use super::compression::compression_note;
 use super::quantised::quantised_note;
 use super::saturated::{Saturated, guessed_ends, saturated, saturated_note};
 use super::sentinels::{Sentinel, sentinels, sentinels_note};
@@ -43,6 +44,7 @@ pub fn health(rec: &Record, limits: &Limits) -> Health {
         .chain(spikes_notes(rec, &spikes, limits))
         .chain((0..rec.nu).filter_map(|i| saturated_note(rec, i, &saturated, limits)))
         .chain((0..rec.ny).filter(|&i| !is_stuck(i)).filter_map(|i| quantised_note(rec, i, limits)))
+        .chain((0..rec.ny).filter(|&i| !is_stuck(i)).filter_map(|i| compression_note(rec, i, true)))
         .collect();
     Health { stuck, spikes, sentinels, saturated, notes }
 }

@@ -1,6 +1,7 @@
 //! A look at the data before a model.
 
 mod column;
+mod compression;
 mod delay;
 mod delay_evidence;
 mod density;
@@ -24,6 +25,7 @@ mod stuck;
 mod xcorr;
 
 pub use column::Column;
+pub use compression::{Compression, Refilled, compressed_outputs, compression};
 pub use delay::{DelayScan, delay_scan};
 pub use delay_evidence::{DelayEvidence, delay_evidence};
 pub use density::{Density, DensityOptions, density, periodogram};
