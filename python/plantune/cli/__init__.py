@@ -1,6 +1,7 @@
 """The command line: parses, calls, prints."""
 
 from plantune.cli import convert as convert  # a command is there once its file is loaded
+from plantune.cli import design as design
 from plantune.cli import export as export
 from plantune.cli import identify as identify
 from plantune.cli import inspect as inspect
