@@ -45,8 +45,9 @@ def test_everything_a_person_looks_at_is_there_in_order(look):
 
 def test_the_next_command_is_said_first(look):
     seen, page = look
-    assert seen.steps[-1] == "Identify and tune: plantune tune heater.csv --u power --y temp"
-    assert page.index(seen.steps[-1]) < page.index('<section id="found">')
+    command = "plantune tune heater.csv --u power --y temp"
+    assert seen.steps[-1] == f"Identify and tune: `{command}`"
+    assert page.index(f"<code>{command}</code>") < page.index('<section id="found">')
 
 
 def test_the_plant_is_seen_without_a_model(look):

@@ -52,17 +52,17 @@ def steps(
     if rec is None:
         named = not codes
         what = "Name its input and its output, and look again: "
-        command = f"plantune inspect {file} --u COLUMN --y COLUMN"
+        command = f"`plantune inspect {file} --u COLUMN --y COLUMN`"
         repair = "Mend what is said below, then look again."
         return (f"{what}{command}" if named else repair,)
     todo = []
     typed = [_AS_TYPED.get(way) or f"--{way[0]} {way[1]:g}" for way in ways.items()]
     if typed:
-        todo.append(f"Read it with {' '.join(typed)}, as this look has done.")
+        todo.append(f"Read it with `{' '.join(typed)}`, as this look has done.")
     if not _says_enough(found, response):
         todo.append(
             "Record an experiment: these rows do not say enough of gain, time constant and delay. "
-            "plantune design plans one from a rough K, T and L."
+            "`plantune design` plans one from a rough K, T and L."
         )
         return tuple(todo)
     rows, between = _best_rows(rec, found)
@@ -71,17 +71,17 @@ def steps(
         typed.append(between)
     if any(note.code == "X09" for note in findings):
         todo.append(
-            "The loop is closed: take a model with a model of the noise, process(rec, "
-            'noise="arma"), armax or bj.'
+            "The loop is closed: take a model with a model of the noise, "
+            '`process(rec, noise="arma")`, `armax` or `bj`.'
         )
     if rec.nu > 1 or rec.ny > 1:
         todo.append(
-            "Identify: estimate.subspace, or estimate.arx and oe output by output; the main job "
-            "takes one input and one output."
+            "Identify: `estimate.subspace`, or `estimate.arx` and `oe` output by output; the main "
+            "job takes one input and one output."
         )
         return tuple(todo)
     columns = f"--u {rec.u_names[0]} --y {rec.y_names[0]}"
-    todo.append(f"Identify and tune: {' '.join(['plantune tune', file, columns, *typed])}")
+    todo.append(f"Identify and tune: `{' '.join(['plantune tune', file, columns, *typed])}`")
     return tuple(todo)
 
 

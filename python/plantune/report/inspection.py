@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from plantune import plot
@@ -58,7 +59,7 @@ def _facts(seen: Inspection) -> str:
     if seen.impulse is not None and len(seen.impulse.inputs) == 1:
         h = seen.impulse
         facts.append(("gain", with_sd(float(h.gain), float(h.gain_sd)), "without a model"))
-        facts.append(("delay", f"{h.nk} samples", "first live tap"))
+        facts.append(("delay", f"{h.nk} sample{'s' * (h.nk != 1)}", "first live tap"))
     if seen.informative is not None:
         count = len(seen.informative.stretches)
         can = len(seen.informative.identifiable)
@@ -67,7 +68,8 @@ def _facts(seen: Inspection) -> str:
 
 
 def _next(seen: Inspection) -> str:
-    items = "".join(f"<li>{escaped(step, 500)}</li>" for step in seen.steps)
+    steps = (re.sub(r"`([^`]*)`", r"<code>\1</code>", escaped(step, 500)) for step in seen.steps)
+    items = "".join(f"<li>{step}</li>" for step in steps)
     return f"<ol>{items}</ol>"
 
 
