@@ -66,6 +66,9 @@ impl SubspaceIn {
 }
 
 /// The fit, and `n, V, bic` of every order tried.
+/// `n, V, bic` of every order tried.
+type Tried = Vec<(usize, f64, f64)>;
+
 #[pyfunction]
 fn subspace<'py>(
     py: Python<'py>,
@@ -73,7 +76,7 @@ fn subspace<'py>(
     n: Option<usize>,
     options: SubspaceIn,
     limits: LimitsIn,
-) -> Outcome<(FitOut<'py>, Vec<(usize, f64, f64)>)> {
+) -> Outcome<(FitOut<'py>, Tried)> {
     let limits: Limits = limits.into();
     let (record, options) = (rec.view(&limits)?, options.options()?);
     let fit = py.detach(|| batch::subspace(&record, n, options, &limits))?;

@@ -222,7 +222,7 @@ mod tests {
     fn a_simulated_plant_at_rest_and_settled_is_not_compressed() {
         let mut x = 20.0;
         let lag = |k: usize| {
-            x += (if k < 300 || k / 150 % 2 == 0 { 20.0 } else { 25.0 } - x) / 3.0;
+            x += (if k < 300 || (k / 150).is_multiple_of(2) { 20.0 } else { 25.0 } - x) / 3.0;
             x
         };
         assert_eq!(of(&(0..3000).map(lag).collect::<Vec<_>>()), None);
