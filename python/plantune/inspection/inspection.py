@@ -154,6 +154,7 @@ def inspect(
         step = files[0].stamps.step if files[0].stamps else 0.0
         seen = (here for here, file in zip(every, files, strict=True) if file.columns)
         records = [_record(path, options, step, notes, ways) for path, _, notes in seen]
+    given = {} if Ts is None else {"Ts": Ts}
     findings = list(merged(list(zip(names, found, strict=True))))
     rec = _whole(records, names, findings)
     if rec is not None and between is not None:
@@ -165,7 +166,9 @@ def inspect(
         stamps=files[0].stamps,
         record=rec,
         **shown,
-        steps=steps(files[0].name, rec, shown["informative"], shown["impulse"], findings, ways),
+        steps=steps(
+            files[0].name, rec, shown["informative"], shown["impulse"], findings, ways | given
+        ),
         findings=tuple(dict.fromkeys(findings)),
         others=tuple(files[1:]),
     )

@@ -57,8 +57,9 @@ def steps(
         return (f"{what}{command}" if named else repair,)
     todo = []
     typed = [_AS_TYPED.get(way) or f"--{way[0]} {way[1]:g}" for way in ways.items()]
-    if typed:
-        todo.append(f"Read it with `{' '.join(typed)}`, as this look has done.")
+    repairs = [text for text, name in zip(typed, ways, strict=True) if name != "Ts"]
+    if repairs:
+        todo.append(f"Read it with `{' '.join(repairs)}`, as this look has done.")
     if not _says_enough(found, response):
         todo.append(
             "Record an experiment: these rows do not say enough of gain, time constant and delay. "

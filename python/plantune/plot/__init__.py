@@ -6,6 +6,7 @@ from plantune.plot.closed_loop import closed_loop
 from plantune.plot.compare import compare
 from plantune.plot.delay import delay
 from plantune.plot.delay_evidence import delay_evidence
+from plantune.plot.experiment import experiment
 from plantune.plot.forc import forc
 from plantune.plot.frequency import frequency
 from plantune.plot.hysteresis import hysteresis
@@ -30,6 +31,7 @@ __all__ = [
     "compare",
     "delay",
     "delay_evidence",
+    "experiment",
     "forc",
     "frequency",
     "hysteresis",

@@ -56,10 +56,13 @@ def _facts(seen: Inspection) -> str:
     if rec is not None:
         span = f"{number(rec.Ts)} {rec.time_unit} apart"
         facts.append(("rows", str(rec.N), span))
-    if seen.impulse is not None and len(seen.impulse.inputs) == 1:
-        h = seen.impulse
+    h = seen.impulse
+    if h is not None and len(h.inputs) == 1:
         facts.append(("gain", with_sd(float(h.gain), float(h.gain_sd)), "without a model"))
-        facts.append(("delay", f"{h.nk} sample{'s' * (h.nk != 1)}", "first live tap"))
+    if len(seen.delay) == 1:
+        (found,) = seen.delay.values()
+        likely = " or ".join(map(str, found.likely))
+        facts.append(("delay", f"{likely} samples", f"{100 * found.weight:.0f} % sure"))
     if seen.informative is not None:
         count = len(seen.informative.stretches)
         can = len(seen.informative.identifiable)
@@ -98,7 +101,7 @@ def _record(seen: Inspection, rec: Record) -> Drawn:
 
 def _responses(seen: Inspection) -> Drawn:
     if seen.impulse is not None:
-        text = "Without a model; 95 % bands."
+        text = "No order and no delay were assumed."
         for i in range(len(seen.impulse.inputs)):
             yield f"impulse-{i}", plot.impulse(seen.impulse, of=seen.part, input=i), text
     if seen.response is not None:

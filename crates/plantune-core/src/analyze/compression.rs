@@ -7,10 +7,10 @@
 //! ```text
 //! line   more than 0.15 of the rows lie between two neighbours on one slope, |d2 y| <= 1e-6 median |d2 y|
 //! hold   more than 0.10 of the rows repeat the one before, in stretches that a real move began;
-//!        of an output read in steps q: more than 0.30, and yet most moves are longer than one step
+//!        of an output whose values come back: more than 0.30, and yet most moves jump past the next value
 //! ```
 //!
-//! An output read in steps repeats and is in line as well, so `q` is looked for first ([`step_of_reading`]). What stands
+//! An output read in steps repeats and is in line as well, so these are looked for first ([`step_of_reading`]). What stands
 //! still at the start, or has settled to the last digit as a simulated plant does, was begun by no move. Dynamics
 //! faster than the stretches are lost, and with them T and L: METHODS 8, pitfall 7. Inputs are not looked at: a
 //! controller's output rests and ramps of its own.
@@ -26,17 +26,17 @@ const IN_LINE: f64 = 0.15;
 /// Share of exact repeats; exceptions leave 0.24 and more.
 const REPEATED: f64 = 0.10;
 
-/// The same of an output read in steps.
-const REPEATED_STEPS: f64 = 0.30;
+/// The same of an output that is read in steps, or whose values come back.
+const REPEATED_LEVELS: f64 = 0.30;
+
+/// Values for each move below which they come back, as those of a converter that is not linear do.
+const COMES_BACK: f64 = 0.9;
 
 /// Second differences below this share of their median are none.
 const NONE: f64 = 1e-6;
 
 /// Moves below this share of their median are the last of a settling.
 const REAL_MOVE: f64 = 1e-3;
-
-/// Moves of fewer than so many steps are one.
-const ONE_STEP: f64 = 1.5;
 
 /// Moves below which an output stands still: the business of D18.
 const LEAST_MOVES: usize = 10;
@@ -90,14 +90,32 @@ pub fn compression(rec: &Record, output: usize) -> Compression {
         runs.iter().map(|run| repeats(run, tiny, REAL_MOVE * usual)).sum::<usize>() as f64 / pairs as f64;
     let in_line = lines(&runs, tiny) as f64 / pairs as f64;
     let step = step_of_reading(&kept);
-    let jumps = moves.iter().filter(|&&d| step.is_some_and(|q| d >= ONE_STEP * q)).count();
+    let levels = levels(&kept);
+    let comes_back = step.is_some() || (levels.len() as f64) < COMES_BACK * moves.len() as f64;
     let refilled = match step {
         None if in_line > IN_LINE => Some(Refilled::Line),
-        None if repeated > REPEATED => Some(Refilled::Hold),
-        Some(_) if repeated > REPEATED_STEPS && 2 * jumps > moves.len() => Some(Refilled::Hold),
+        _ if !comes_back && repeated > REPEATED => Some(Refilled::Hold),
+        _ if comes_back && repeated > REPEATED_LEVELS && 2 * jumps(&runs, &levels) > moves.len() => {
+            Some(Refilled::Hold)
+        }
         _ => None,
     };
     Compression { repeated, in_line, step, refilled }
+}
+
+/// The values that there are, in order.
+fn levels(y: &[f64]) -> Vec<f64> {
+    let mut levels = y.to_vec();
+    levels.sort_by(f64::total_cmp);
+    levels.dedup();
+    levels
+}
+
+/// Moves past the next level.
+fn jumps(runs: &[&[f64]], levels: &[f64]) -> usize {
+    let place = |y: f64| levels.partition_point(|level| *level < y);
+    let past = |w: &&[f64]| place(w[1]).abs_diff(place(w[0])) > 1;
+    runs.iter().map(|run| run.windows(2).filter(past).count()).sum()
 }
 
 fn differences<'a>(runs: &'a [&[f64]]) -> impl Iterator<Item = f64> + 'a {
@@ -148,7 +166,7 @@ pub(super) fn compression_note(rec: &Record, output: usize, keep: bool) -> Optio
         (Refilled::Hold, None) => (found.repeated, REPEATED, "repeat the value before"),
         (Refilled::Hold, Some(_)) => (
             found.repeated,
-            REPEATED_STEPS,
+            REPEATED_LEVELS,
             "repeat the value before, and then jump by several steps of reading",
         ),
     };
