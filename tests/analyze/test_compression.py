@@ -6,6 +6,8 @@ import pytest
 import plantune as pt
 from contract.records import write
 from oracles import compression as oracle
+from plantune.io import open_sheet
+from plantune.io.table import Wanted
 
 N = 1500
 KINDS = ("slow", "steps", "loop")
@@ -112,3 +114,27 @@ def test_shipped_records_are_as_they_were_measured():
 
 def test_one_straight_line_is_no_history():
     assert looked(np.arange(N) * 0.1).refilled is None
+
+
+MEASURED = [
+    ("process_reaction_curve/prc.csv", "PV"),
+    ("heat_shield/resultID.mat", "resultID[0]"),
+    ("opto_shield/resultID.mat", "resultID[0]"),
+    ("hair_dryer/dryer.dat", "1"),
+    ("plant_flow_loop/FIC-211_20241121-27.csv", "FT_211"),
+    ("ball_beam/ballbeam.dat", "1"),
+    ("cstr_sim/cstr.dat", "2"),
+    ("industrial_dryer/dryer2.dat", "4"),
+    ("coupled_drives_prbs/drive.mat", "z1"),
+    ("float_shield/PRBS_R4.mat", "y"),
+    ("buck_converter/buck_id.csv", "y"),
+]
+
+
+@pytest.mark.parametrize(("path", "name"), MEASURED, ids=[path for path, _ in MEASURED])
+def test_measured_outputs_are_taken_as_measured(data, path, name):
+    sheet = open_sheet(data(path.split("/")[0]) / path.split("/")[1])
+    (i,) = [i for i, column in enumerate(sheet.columns) if column.name == name]
+    y = sheet.read(Wanted((i,))).numbers[:, 0]
+    rec = pt.Record(u=np.zeros(len(y)), y=np.nan_to_num(y), valid=~np.isnan(y)[:, None], Ts=1.0)
+    assert pt.analyze.compression(rec), pt.analyze.compression(rec).outputs

@@ -188,9 +188,7 @@ def refused(error, **wishes):
 
 
 def test_too_little_room_says_what_would_do():
-    few = refused(
-        pt.NotIdentifiable, time=300.0, noise_sd=2.0, u_limits=(49.0, 51.0), target=0.05
-    )
+    few = refused(pt.NotIdentifiable, time=300.0, noise_sd=2.0, u_limits=(49.0, 51.0), target=0.05)
     assert few.code == "X07" and "more time needed" in few.text
     assert few.measured > few.limit == approx(0.05)
     assert "rows" in few.remedy and "an amplitude of" in few.remedy and "target" in few.remedy
