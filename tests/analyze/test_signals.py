@@ -110,16 +110,13 @@ def test_linear_chirp_is_the_oracles():
 
 
 @pytest.mark.parametrize("sweep", ["linear", "logarithmic"])
-@pytest.mark.parametrize("band", [(0.5, 20.0), (20.0, 0.5)])
+@pytest.mark.parametrize("band", [(2.0, 40.0), (40.0, 2.0)])
 def test_chirp_begins_and_ends_at_its_frequencies(sweep, band):
     N, Ts = 400_000, 0.001
     u = signals.chirp(N, Ts, band, sweep=sweep)
-    crossings = Ts * np.flatnonzero(u[1:] * u[:-1] < 0)
-    half = np.diff(crossings)  # half a turn each; 0.5 rad/s takes 6.3 s of the 400 s
-    assert np.pi / half[[0, -1]] == pytest.approx(band, rel=0.35)
-    if sweep == "logarithmic":
-        assert np.pi / half[[0, -1]] == pytest.approx(band, rel=0.05)
-    assert np.all(np.diff(half) * np.sign(band[0] - band[1]) < 2 * Ts + 1e-9)
+    half = np.diff(Ts * np.flatnonzero(u[1:] * u[:-1] < 0))  # half a turn each
+    # The slowest half turn takes 1.6 s, in which a linear sweep has gained a tenth.
+    assert np.pi / half[[0, -1]] == pytest.approx(band, rel=0.12)
 
 
 def test_staircase_holds_each_level():

@@ -70,6 +70,11 @@ def adapted(rec, **more):
     return pt.adapt.replay(rec, pt.adapt.Settings(Ts=0.1, nk=(1, 9), controller=pid, **more))
 
 
+def planned():
+    wishes = {"u_limits": (-2.0, 2.0), "y_limits": (0.0, 14.0), "at": (0.0, 7.0)}
+    return pt.analyze.experiment(PLANT, Ts=0.1, noise_sd=0.05, time=60.0, **wishes)
+
+
 def curves():
     relays = pt.hysteresis.Preisach(levels=[-1, 0, 1], mu=[[1, 0], [2, 1]])
     x = [-1.0, 0.0, -1.0, 0.0, 1.0, 0.0, -1.0]
@@ -103,7 +108,11 @@ def figures(rec, fits, verdicts, tuning, response):
         "closed_loop": plot.closed_loop(response, of=rec),
         "delay": plot.delay(pt.analyze.delay(rec), of=rec),
         "delay_evidence": plot.delay_evidence(pt.analyze.delay_evidence(rec), of=rec),
+        "experiment": plot.experiment(planned(), of=rec),
         "impulse": plot.impulse(pt.analyze.impulse(rec, 40), fits[0], of=rec),
+        "frequency": plot.frequency(pt.analyze.spa(rec), fits[0], of=rec),
+        "noise": plot.noise(pt.analyze.noise(rec)),
+        "spectrum": plot.spectrum(pt.analyze.noise(rec)),
         "hysteresis": plot.hysteresis(*loop(), of=rec),
         "tracking": plot.tracking(followed(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "forc": plot.forc(curves(), x="valve", y="level", x_unit="%", y_unit="cm"),
@@ -142,7 +151,8 @@ def test_titles_fit_a_laptop_and_say_record_and_model(figures, rec):
         title = fig.layout.title
         assert 0 < len(title.text) <= 80, name
         assert "<" not in title.text
-        if name not in ("closed_loop", "forc", "relay", "step_modes", "tracking"):  # no record
+        # These know no record.
+        if name not in ("closed_loop", "experiment", "forc", "relay", "step_modes", "tracking"):
             assert rec.source[:8] in title.subtitle.text, name
 
 
@@ -253,6 +263,16 @@ def test_relay_draws_measured_model_and_thresholds():
     levels = [t.y[0] for t in fig.data if t.name == "relay switches"]
     assert levels == list(test.thresholds)
     assert test.source[:8] in fig.layout.title.subtitle.text
+
+
+def test_experiment_stays_between_its_limits(rec):
+    plan = planned()
+    fig = plot.experiment(plan, of=rec)
+    assert_array_equal(trace(fig, "level, expected, without noise").y, plan.y)
+    assert_array_equal(trace(fig, "valve").y, plan.u)
+    assert [t.y[0] for t in fig.data if t.name == "limits"] == [0.0, 14.0, -2.0, 2.0]
+    assert sum(t.name == "limits" and t.showlegend for t in fig.data) == 1
+    assert plan.shape in fig.layout.title.text
 
 
 def test_residuals_show_their_99_percent_limits(verdicts):
