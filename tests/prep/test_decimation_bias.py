@@ -31,7 +31,7 @@ def estimates():
 
 def test_decimation_keeps_the_spread(estimates):
     every, few = (theta.std(axis=0, ddof=1) for theta in estimates)
-    # One pair of 20 records each: that of every row, and the limits measured for a good filter.
+    # What a causal filter on both signals reached, and what every row tells.
     assert np.all(few < [0.021, 0.17, 0.068])
     assert np.all(few < 1.3 * every)
 
@@ -39,7 +39,7 @@ def test_decimation_keeps_the_spread(estimates):
 def test_decimation_has_little_bias(estimates):
     every, few = estimates
     error = few.std(axis=0, ddof=1) / np.sqrt(SEEDS)
-    # A filtered input is no longer held, so something is left even without noise: at T = 10 new
-    # steps 0.4 % of T and 1.5 % of a step of L, less than half a deviation of one such record.
+    # A filtered input is no longer held.  Where L is no whole number of new steps, something is
+    # left even without noise: 0.4 % of T and 1.5 % of a step, less than half a deviation here.
     assert np.all(np.abs(few.mean(axis=0) - [K, T, L]) < 2 * error + [0.001, 0.05, 0.02])
     assert np.all(np.abs((few - every).mean(axis=0)) < [0.005, 0.1, 0.03])
