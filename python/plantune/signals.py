@@ -53,7 +53,7 @@ def prbs(N: int, hold: int = 1, *, bits: int | None = None, seed: int = 0) -> Fl
     Examples
     --------
     >>> prbs(8, hold=2)
-    array([ 1.,  1., -1., -1., -1., -1.,  1.,  1.])
+    array([ 1.,  1., -1., -1.,  1.,  1.,  1.,  1.])
     >>> float(prbs(127, bits=7).sum())
     1.0
     """
@@ -145,7 +145,7 @@ def multisine(
     --------
     >>> u = multisine(512, Ts=1.0, band=(0.0, 1.0))
     >>> print(f"{crest_factor(u):.2f}")
-    1.70
+    1.72
     >>> lines = np.flatnonzero(np.abs(np.fft.rfft(u)) > 1e-6)
     >>> int(lines[0]), int(lines[-1])
     (1, 81)
@@ -193,7 +193,7 @@ def chirp(
     Examples
     --------
     >>> chirp(6, Ts=1.0, band=(0.5, 2.0), sweep="linear").round(3)
-    array([ 0.   ,  0.585,  0.997,  0.367, -0.91 , -0.257])
+    array([ 0.   ,  0.585,  0.997,  0.494, -0.757, -0.612])
     """
     _check_whole(N=N)
     if sweep not in ("linear", "logarithmic"):

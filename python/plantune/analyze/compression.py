@@ -24,6 +24,13 @@ class OutputCompression:
         Step in which it is read, where there is one.
     refilled : "line", "hold" or None
         How it was filled again; None where it was not compressed.
+
+    Examples
+    --------
+    >>> import plantune as pt
+    >>> output = pt.analyze.compression(pt.datasets.hair_dryer()).outputs[0]
+    >>> output.name, output.in_line < 0.01, output.step
+    ('temp', True, None)
     """
 
     name: str

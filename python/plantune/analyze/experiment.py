@@ -46,7 +46,7 @@ class Prediction:
     >>> u = pt.signals.prbs(300, hold=12, bits=10)
     >>> found = pt.analyze.predicted_sd((2.0, 10.0, 3.37), u, noise_sd=0.1, Ts=1.0)
     >>> print(found)
-    K = 2 ± 0.011 (0.56 %), T = 10 ± 0.14 (1.4 %), L = 3.37 ± 0.048 (0.36 % of T + L)
+    K = 2 ± 0.017 (0.87 %), T = 10 ± 0.14 (1.4 %), L = 3.37 ± 0.058 (0.43 % of T + L)
     """
 
     sd: Mapping[str, float]
@@ -109,7 +109,7 @@ def predicted_sd(
     >>> white = pt.analyze.predicted_sd((2.0, 10.0, 3.4), u, noise_sd=0.1, Ts=1.0)
     >>> slow = pt.analyze.predicted_sd((2.0, 10.0, 3.4), u, noise_sd=0.1, Ts=1.0, ar=0.9)
     >>> {name: round(slow.sd[name] / white.sd[name], 1) for name in "KTL"}
-    {'K': 3.8, 'T': 2.8, 'L': 1.6}
+    {'K': 3.4, 'T': 2.6, 'L': 1.8}
     """
     plant = _plant(model)
     d = _core.predicted_sd(plant, np.ravel(np.asarray(u, float)), Ts, noise_sd, _list(ar))
@@ -186,7 +186,7 @@ class Experiment:
     ...     (2.0, 10.0, 3.4), Ts=1.0, noise_sd=0.1, time=300.0, u_limits=(45.0, 55.0)
     ... )
     >>> plan.shape, plan.hold, len(plan.u), round(plan.amplitude, 2)
-    ('prbs', 13, 300, 0.32)
+    ('gbn', 13, 300, 0.25)
     """
 
     t: Floats
@@ -303,6 +303,14 @@ def experiment(
     >>> print(pt.analyze.experiment(
     ...     (2.0, 10.0, 3.4), Ts=1.0, noise_sd=0.3, u_limits=(49.0, 51.0), y_limits=(18.0, 22.0)
     ... ))
+    gbn, 180 rows of 1 s, amplitude 0.986, a move every 13 rows
+    K = 2 ± 0.049 (2.5 %), T = 10 ± 0.5 (5 %), L = 3.4 ± 0.18 (1.3 % of T + L)
+    input      amplitude  peak of y  sd K %  sd T %  sd L %
+    gbn            0.986       1.91     2.5       5     1.3
+    prbs       1 (limit)       1.94     2.8     5.3     1.5
+    stairs     1 (limit)       1.97     2.5     6.2     2.5
+    multisine  1 (limit)       1.38     5.9      11     3.7
+    step       1 (limit)          2     3.5      15     7.7
     """
     limits = limits or DEFAULT_LIMITS
     plant = _plant(model)

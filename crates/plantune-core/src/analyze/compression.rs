@@ -38,7 +38,7 @@ const NONE: f64 = 1e-6;
 /// Moves below this share of their median are the last of a settling.
 const REAL_MOVE: f64 = 1e-3;
 
-/// Moves below which an output stands still: the business of D18.
+/// Moves, or held stretches, below which an output stands still: the business of D18.
 const LEAST_MOVES: usize = 10;
 
 /// How the record was filled again.
@@ -86,8 +86,9 @@ pub fn compression(rec: &Record, output: usize) -> Compression {
     }
     let usual = median(moves.clone());
     let pairs: usize = runs.iter().map(|run| run.len() - 1).sum();
-    let repeated =
-        runs.iter().map(|run| repeats(run, tiny, REAL_MOVE * usual)).sum::<usize>() as f64 / pairs as f64;
+    let held: Vec<(usize, usize)> = runs.iter().map(|run| repeats(run, REAL_MOVE * usual)).collect();
+    let (rows, stretches) = held.iter().fold((0, 0), |(a, b), (c, d)| (a + c, b + d));
+    let repeated = if stretches < LEAST_MOVES { 0.0 } else { rows as f64 / pairs as f64 };
     let in_line = lines(&runs, tiny) as f64 / pairs as f64;
     let step = step_of_reading(&kept);
     let levels = levels(&kept);
@@ -122,19 +123,21 @@ fn differences<'a>(runs: &'a [&[f64]]) -> impl Iterator<Item = f64> + 'a {
     runs.iter().flat_map(|run| run.windows(2).map(|w| (w[1] - w[0]).abs()))
 }
 
-/// Rows that repeat the one before, in stretches that a move longer than `real` began.
-fn repeats(y: &[f64], tiny: f64, real: f64) -> usize {
-    let mut began = false;
-    let mut count = 0;
+/// Rows that repeat the one before, in stretches that a move longer than `real` began; and how many stretches.
+fn repeats(y: &[f64], real: f64) -> (usize, usize) {
+    let (mut began, mut fresh) = (false, false);
+    let (mut count, mut stretches) = (0, 0);
     for w in y.windows(2) {
         let d = (w[1] - w[0]).abs();
-        if d > tiny {
-            began = d > real;
+        if d > 0.0 {
+            (began, fresh) = (d > real, true);
         } else if began {
             count += 1;
+            stretches += usize::from(fresh);
+            fresh = false;
         }
     }
-    count
+    (count, stretches)
 }
 
 /// Rows in exact line with both neighbours, on a slope.

@@ -35,9 +35,6 @@ const LEAST_ROWS: usize = 20;
 /// Rows of an experiment, at most.
 const MOST_ROWS: usize = 200_000;
 
-/// Rounds in which the time is found: the law is exact but for the ends.
-const ROUNDS: usize = 12;
-
 /// Where a signal is, and by how much it may leave that on either side; infinite where nothing is said.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Room {
@@ -252,20 +249,19 @@ fn enough(plant: &Fopdt, plan: &Plan) -> Result<usize> {
     }
     let least = rest(plant, plan.Ts) + LEAST_ROWS;
     let dynamics = (5.0 * (plant.T + plant.L) / plan.Ts).ceil() as usize;
-    let mut N = (rest(plant, plan.Ts) + dynamics).clamp(least, MOST_ROWS);
-    for _ in 0..ROUNDS {
-        let best = candidates(plant, plan, N)?.swap_remove(0);
-        let share = best.predicted.worst() / best.allowed(plan) / plan.target;
-        if share <= 1.0 && (share > 0.95 || N == least) {
-            break;
-        }
-        let wanted = (1.01 * N as f64 * (share * share).clamp(0.2, 5.0)).ceil();
-        if wanted > MOST_ROWS as f64 && N == MOST_ROWS {
-            break;
-        }
-        N = (wanted as usize).clamp(least, MOST_ROWS);
+    let reaches = |N: usize| {
+        candidates(plant, plan, N)
+            .is_ok_and(|all| all[0].predicted.worst() <= all[0].allowed(plan) * plan.target)
+    };
+    let (mut short, mut long) = (least, (rest(plant, plan.Ts) + dynamics).clamp(least, MOST_ROWS));
+    while long < MOST_ROWS && !reaches(long) {
+        (short, long) = (long, (2 * long).min(MOST_ROWS));
     }
-    Ok(N)
+    while long - short > long / 20 {
+        let between = short.midpoint(long);
+        if reaches(between) { long = between } else { short = between }
+    }
+    Ok(long)
 }
 
 /// X07: what the limits allow in this time is not enough; what would be.
@@ -288,7 +284,7 @@ fn out_of_reach(best: &Candidate, trial: &Trial, plan: &Plan, N: usize) -> Error
         .measured(worst, plan.target)
         .remedy(format!(
             "take {} s ({} rows), or an amplitude of {}, or a target of {}",
-            rounded(rows * plan.Ts),
+            (rows.ceil() * plan.Ts).ceil(),
             rows.ceil(),
             rounded(needed),
             rounded(worst)
