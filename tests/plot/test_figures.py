@@ -112,7 +112,7 @@ def figures(rec, fits, verdicts, tuning, response):
         "impulse": plot.impulse(pt.analyze.impulse(rec, 40), fits[0], of=rec),
         "frequency": plot.frequency(pt.analyze.spa(rec), fits[0], of=rec),
         "noise": plot.noise(pt.analyze.noise(rec)),
-        "spectrum": plot.spectrum(pt.analyze.noise(rec)),
+        "spectrum": plot.spectrum(pt.analyze.noise(rec), of=rec),
         "hysteresis": plot.hysteresis(*loop(), of=rec),
         "tracking": plot.tracking(followed(), x="valve", y="level", x_unit="%", y_unit="cm"),
         "forc": plot.forc(curves(), x="valve", y="level", x_unit="%", y_unit="cm"),

@@ -59,5 +59,5 @@ def noise(report: NoiseReport) -> go.Figure:
     fig.update_xaxes(title_text=axis(report.signal, report.unit), row=1, col=1)
     fig.update_yaxes(title_text=axis("density", f"1/{report.unit}" if report.unit else ""), row=1)
     fig.update_xaxes(title_text=axis("lag", "rows"), row=2, col=1)
-    fig.update_yaxes(title_text="R(lag)", range=[-1.0, 1.0], row=2, col=1)
+    fig.update_yaxes(title_text="R(lag) [1]", range=[-1.0, 1.0], row=2, col=1)
     return fig
