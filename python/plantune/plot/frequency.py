@@ -83,7 +83,9 @@ def frequency(
         curve = fr.coherence[:, output]
         line(fig, fr.w, curve, "coherence", MEASURED, row=3, width=1.2, showlegend=False)
         fig.add_hline(COHERENT, line={"color": MEASURED, "width": 1, "dash": "dot"}, row=3, col=1)
-        fig.update_yaxes(title_text=axis("coherence", "1"), range=[0, 1.05], dtick=0.5, row=3, col=1)
+        fig.update_yaxes(
+            title_text=axis("coherence", "1"), range=[0, 1.05], dtick=0.5, row=3, col=1
+        )
     fig.update_xaxes(type="log", **DECADES)
     fig.update_xaxes(
         title_text=axis("frequency", f"rad/{names.time_unit}"), row=len(heights), col=1
