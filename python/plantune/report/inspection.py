@@ -62,7 +62,8 @@ def _facts(seen: Inspection) -> str:
     if len(seen.delay) == 1:
         (found,) = seen.delay.values()
         likely = " or ".join(map(str, found.likely))
-        facts.append(("delay", f"{likely} samples", f"{100 * found.weight:.0f} % sure"))
+        sure = "over 99 % likely" if found.weight > 0.99 else f"{100 * found.weight:.0f} % likely"
+        facts.append(("delay", f"{likely} samples", sure))
     if seen.informative is not None:
         count = len(seen.informative.stretches)
         can = len(seen.informative.identifiable)
