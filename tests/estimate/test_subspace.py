@@ -339,3 +339,11 @@ def test_bands_repeat_with_their_seed_and_ask_for_their_record():
         pt.estimate.subspace_bands(pt.datasets.engine_loop(), fit)
     with pytest.raises(pt.UsageError, match="`fit` is of ARX"):
         pt.estimate.subspace_bands(rec, pt.estimate.arx(rec, 2, 2, 3))
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"offset": False}, {"offset": False, "variant": "combined"}]
+)
+def test_the_hair_dryer_has_four_states(options):
+    rec = pt.datasets.hair_dryer()
+    assert pt.estimate.subspace(rec, "auto", rows=15, method="moesp", **options).model.n == 4
