@@ -87,13 +87,13 @@ def steps(
 
 
 def _says_enough(found: Informative | None, response: ImpulseResponse | None) -> bool:
-    """Whether a stretch can be identified, or the gain is told without a model."""
+    """Whether a stretch can be identified, or the gain of an input is told without a model."""
     if found is not None and found.identifiable:
         return True
     if response is None:
         return False
     gains, sds = np.atleast_1d(response.gain), np.atleast_1d(response.gain_sd)
-    return bool((sds < _TOLD * np.abs(gains)).all())
+    return bool((sds < _TOLD * np.abs(gains)).any())
 
 
 def _best_rows(rec: Record, found: Informative | None) -> tuple[str, str]:
