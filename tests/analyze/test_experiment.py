@@ -91,6 +91,11 @@ def test_simulated_experiments_have_the_predicted_deviations():
     assert ratios(PLANT, binary(), 0.1, 60) == approx(np.ones(3), abs=0.25)
 
 
+def test_a_step_in_noise_is_taken_as_from_rest():
+    """Else a start is estimated too, and the gain is three times as unsure."""
+    assert ratios(PLANT, stepping(), 0.1, 60) == approx(np.ones(3), abs=0.3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "plant, u, sd, ar",
@@ -98,10 +103,10 @@ def test_simulated_experiments_have_the_predicted_deviations():
         (PLANT, binary(), 0.1, 0.0),
         (PLANT, binary(), 0.3, 0.9),
         ((2.0, 10.0, 3.0), binary(), 0.1, 0.0),
-        # More noise lets a fit doubt that the step began at rest: it then estimates the start too.
         (PLANT, stepping(), 0.02, 0.0),
+        (PLANT, stepping(), 0.1, 0.0),
     ],
-    ids=["prbs", "coloured", "whole L", "step"],
+    ids=["prbs", "coloured", "whole L", "step", "step in noise"],
 )
 def test_300_experiments_have_the_predicted_deviations(plant, u, sd, ar):
     # 10 % is promised; 300 runs know a deviation to 4 %.

@@ -12,7 +12,7 @@ use super::noise::Noise;
 use super::{ProcessOptions, RANK_TOLERANCE};
 use crate::error::Result;
 use crate::limits::Limits;
-use crate::linalg::{Block, Segmented, Triangle, dot, extent, solve};
+use crate::linalg::{Block, Segmented, Triangle, dot, extent, solve, sum};
 use crate::record::{Record, Scale};
 
 /// Moves of the input up to which a segment counts as a step test.
@@ -23,6 +23,9 @@ const LEAST_REST: f64 = 0.015;
 
 /// Share of the output's travel that it may drift before the first move and still be at rest.
 const DRIFT: f64 = 0.05;
+
+/// Standard deviations of its noise by which a drift must pass that.
+const SURE: f64 = 3.0;
 
 /// The scaled data and the rows on which residuals count.
 pub(super) struct Problem<'r, 'a> {
@@ -108,7 +111,22 @@ fn starts_at_rest(u: &[Vec<f64>], y: &[f64], rows: &Range<usize>, moves: usize) 
         return false;
     }
     let (low, high) = extent(y);
-    (y[held - 1] - y[0]).abs() <= DRIFT * (high - low)
+    let (drift, sd) = drift(&y[..held]);
+    drift <= DRIFT * (high - low) + SURE * sd
+}
+
+/// How far a signal has gone over its rows, twice the distance of the means of its halves; and the standard deviation
+/// that white noise gives it, from the differences of neighbours.
+fn drift(y: &[f64]) -> (f64, f64) {
+    let half = y.len() / 2;
+    if half < 2 {
+        return ((y[y.len() - 1] - y[0]).abs(), 0.0); // too few to tell noise
+    }
+    let mean = |y: &[f64]| sum(y) / y.len() as f64;
+    let drift = 2.0 * (mean(&y[y.len() - half..]) - mean(&y[..half])).abs();
+    let differences = y.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / (y.len() - 1) as f64;
+    // var(difference) = 2 s^2, and of twice the distance of the means 4 (2 s^2 / half).
+    (drift, 2.0 * (differences / half as f64).sqrt())
 }
 
 /// Rows before the first move.
