@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import overload
 
@@ -16,7 +17,7 @@ from plantune.record import Floats, Record, columns
 from plantune.text import number
 
 
-class SignPerturbed:
+class SignPerturbed(ABC):
     """What regions by sign-perturbed sums share: `q` of `m` sums leave the truth outside."""
 
     __slots__ = ()
@@ -33,8 +34,9 @@ class SignPerturbed:
         inside = self._inside(np.atleast_2d(np.asarray(theta, float)).tolist())
         return inside[0] if np.ndim(theta) == 1 else np.array(inside)
 
+    @abstractmethod
     def _inside(self, rows: list[list[float]]) -> list[bool]:
-        raise NotImplementedError
+        """Return which rows of parameters are inside."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
